@@ -1,0 +1,67 @@
+# Functions every layer declares its targets with. Sources are listed by hand: a file that is not listed is not built.
+
+include(GNUInstallDirs)
+set(TTSDF_INCLUDE_DIR "${CMAKE_CURRENT_SOURCE_DIR}/include")
+if(TTSDF_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+endif()
+
+add_library(ttsdf_warnings INTERFACE)
+target_compile_options(ttsdf_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
+
+# ttsdf_library(<name> SOURCES ... [PUBLIC libs ...] [PRIVATE libs ...] [INCLUDE system include dirs ...])
+function(ttsdf_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE;INCLUDE" ${ARGN})
+  add_library(${name} SHARED ${ARG_SOURCES})
+  target_include_directories(${name} PUBLIC "${TTSDF_INCLUDE_DIR}")
+  if(ARG_INCLUDE)
+    target_include_directories(${name} SYSTEM PUBLIC ${ARG_INCLUDE})
+  endif()
+  target_link_libraries(${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:ttsdf_warnings>)
+  ttsdf_install(${name})
+endfunction()
+
+# ttsdf_tool(<name> SOURCES ... LIBS ...): a command-line program or a node.
+function(ttsdf_tool name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS;INCLUDE" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  if(ARG_INCLUDE)
+    target_include_directories(${name} SYSTEM PRIVATE ${ARG_INCLUDE})
+  endif()
+  target_link_libraries(${name} PRIVATE ${ARG_LIBS} ttsdf_warnings)
+  ttsdf_install(${name})
+endfunction()
+
+function(ttsdf_install name)
+  if(TTSDF_BUILD_ROS)
+    install(TARGETS ${name}
+      ARCHIVE DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
+      LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
+      RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+  else()
+    install(TARGETS ${name} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  endif()
+endfunction()
+
+# ttsdf_unit_test(<folder/file_test.cpp> LIBS ...): test/<folder>/<file>_test.cpp -> target <folder>_<file>_test
+function(ttsdf_unit_test source)
+  if(NOT TTSDF_BUILD_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "LIBS;INCLUDE" ${ARGN})
+  string(REPLACE "/" "_" target "${source}")
+  string(REPLACE ".cpp" "" target "${target}")
+  if(TTSDF_BUILD_ROS)
+    if(NOT CATKIN_ENABLE_TESTING)
+      return()
+    endif()
+    catkin_add_gtest(${target} "test/${source}" TIMEOUT 600 WORKING_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}")
+  else()
+    add_executable(${target} "test/${source}")
+    add_test(NAME ${target} COMMAND ${target})
+  endif()
+  if(ARG_INCLUDE)
+    target_include_directories(${target} SYSTEM PRIVATE ${ARG_INCLUDE})
+  endif()
+  target_link_libraries(${target} ${ARG_LIBS} GTest::gtest GTest::gtest_main ttsdf_warnings)
+endfunction()

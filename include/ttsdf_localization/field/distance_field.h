@@ -1,0 +1,62 @@
+#pragma once
+// A distance field is asked for many points at once: registration never calls it per point.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "ttsdf_localization/field/grid_geometry.h"
+
+namespace ttsdf {
+
+enum class PointState : std::uint8_t {
+  kValid = 0,    ///< value and gradient mean something
+  kUnknown = 1,  ///< inside the box, but the map knows nothing here: carries no information
+  kOutside = 2,  ///< outside the box
+};
+
+enum class Interpolation { kNearest, kTrilinear };
+
+Interpolation interpolationFromName(const std::string& name);  ///< "nearest" | "trilinear"; throws std::invalid_argument
+const char* name(Interpolation interpolation);
+
+/// `size` points of the map frame [m], structure of arrays.
+struct PointSpan {
+  const float* x;
+  const float* y;
+  const float* z;
+  int size;
+};
+
+/// Results for a PointSpan. Where the state is not kValid, value and gradient are 0, except that kUnknown points
+/// keep the field's value and gradient for those who want them anyway.
+struct SampleSpan {
+  float* value;         ///< signed distance [m], positive in free space
+  float* gradient_x;    ///< map frame, dimensionless (1 for an exact distance)
+  float* gradient_y;
+  float* gradient_z;
+  PointState* state;
+};
+
+/// Owning result of the convenience overload.
+struct FieldSamples {
+  Eigen::VectorXf values;
+  Eigen::Matrix3Xf gradients;
+  std::vector<PointState> states;
+};
+
+class DistanceField {
+ public:
+  virtual ~DistanceField() = default;
+  virtual const GridGeometry& geometry() const = 0;
+  /// Values, gradients (map frame) and states of a batch. Non-finite points are kOutside. Safe to call from several threads.
+  virtual void evaluate(const PointSpan& points, const SampleSpan& samples) const = 0;
+  /// Bytes this field holds in memory, caches included.
+  virtual std::size_t memoryBytes() const = 0;
+
+  FieldSamples evaluate(const Eigen::Matrix3Xf& points_map) const;
+};
+
+}  // namespace ttsdf

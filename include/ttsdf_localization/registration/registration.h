@@ -1,0 +1,88 @@
+#pragma once
+// Registration of a scan against a distance field: min over T of sum rho(f(T p_i)) (paper, section III-B).
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "ttsdf_localization/field/distance_field.h"
+#include "ttsdf_localization/geometry/se3.h"
+#include "ttsdf_localization/options/option_table.h"
+
+namespace ttsdf {
+
+enum class TerminationReason : std::uint8_t {
+  kConverged,        ///< step and cost below their thresholds
+  kMaxIterations,
+  kTooFewPoints,     ///< fewer usable points than min_points
+  kOutsideMap,       ///< nearly every point outside the map or in unknown space
+  kDegenerate,       ///< the system could not be solved
+  kAmbiguous,        ///< global: two places look alike
+  kLowScore,         ///< search, global: no start explained the scan
+  kCancelled,
+};
+
+const char* name(TerminationReason reason);  ///< "converged", "max_iterations", ...
+
+struct RegistrationOptions {
+  std::string method = "robust";   ///< "robust" (Levenberg-Marquardt) or "gauss_newton" (as in the paper)
+  int max_iterations = 40;
+  double rotation_epsilon = 1e-4;     ///< stop when a step turns less [rad] ...
+  double translation_epsilon = 1e-4;  ///< ... and moves less [m]
+  double cost_epsilon = 1e-4;         ///< ... or the cost falls by less than this share
+  double kernel_scale_start = 0.3;    ///< Geman-McClure scale of the first iterations [m]
+  double kernel_scale_end = 0.05;     ///< and of the last ones [m]
+  double inlier_distance = 0.05;      ///< |f| below this is an inlier [m]
+  double prior_rotation_sigma = 0.0;     ///< tie to the prior [rad]; 0: only in directions without information
+  double prior_translation_sigma = 0.0;  ///< [m]
+  int min_points = 50;
+  int max_points = 4500;           ///< more points are sub-sampled evenly
+  int threads = 1;
+};
+const OptionTable<RegistrationOptions>& registrationOptionTable();
+
+struct RegistrationResult {
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  TerminationReason reason = TerminationReason::kTooFewPoints;
+  bool success = false;             ///< the estimate may be used (converged and explains the scan)
+  int iterations = 0;
+  int points = 0;                   ///< points used
+  double rms_residual = 0.0;        ///< of the inliers [m]
+  double inlier_ratio = 0.0;        ///< inliers / points in known space
+  double outside_ratio = 0.0;       ///< points outside the box / points
+  double unknown_ratio = 0.0;       ///< points in unknown space / points
+  double score = 1.0;               ///< mean r^2 / (r^2 + s^2), s = 3 cm; unknown 0.7, outside 1 (0 is perfect)
+  double runner_up_score = 1.0;     ///< global: of the best distinct other place
+  Eigen::Isometry3d T_map_runner_up = Eigen::Isometry3d::Identity();
+  Matrix6d covariance = Matrix6d::Zero();  ///< of the left perturbation [rotation; translation] about the sensor's position
+  Vector6d hessian_eigenvalues = Vector6d::Zero();  ///< rising
+  Matrix6d hessian_eigenvectors = Matrix6d::Identity();
+  int weak_directions = 0;          ///< eigenvalues without information, from the smallest
+  double milliseconds = 0.0;
+};
+
+/// Scan points in the sensor frame [m], 3 x n; non-finite columns are ignored.
+using ScanPoints = Eigen::Matrix3Xf;
+
+class Registration {
+ public:
+  /// The field is shared and must outlive nothing: it is kept alive here. Throws std::invalid_argument for bad options.
+  Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options = {});
+  ~Registration();
+  Registration(Registration&&) noexcept;
+
+  /// One start, from the prior. Not thread-safe (owns work space); never throws for bad points.
+  RegistrationResult align(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor_prior);
+
+  const RegistrationOptions& options() const;
+  const DistanceField& field() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ttsdf
