@@ -8,5 +8,16 @@ find_library(LZMA_LIBRARY lzma REQUIRED)
 ttsdf_library(ttsdf_core
   SOURCES
     src/options/option_table.cpp
+    src/geometry/se3.cpp
+    src/tensor/dense_tensor.cpp
+    src/tensor/tensor_train.cpp
+    src/tensor/gram.cpp
+    src/tensor/tt_svd.cpp
+    src/field/grid_geometry.cpp
+    src/field/distance_field.cpp
+    src/field/grid_field.cpp
+    src/field/dense_distance_field.cpp
+    src/field/column_kernels.cpp
+    src/field/tt_distance_field.cpp
   PUBLIC Eigen3::Eigen
   PRIVATE ZLIB::ZLIB Threads::Threads ${ZSTD_LIBRARY} ${LZMA_LIBRARY})

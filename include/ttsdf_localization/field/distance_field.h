@@ -1,11 +1,10 @@
 #pragma once
 // A distance field is asked for many points at once: registration never calls it per point.
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "ttsdf_localization/field/grid_geometry.h"
 
@@ -19,7 +18,8 @@ enum class PointState : std::uint8_t {
 
 enum class Interpolation { kNearest, kTrilinear };
 
-Interpolation interpolationFromName(const std::string& name);  ///< "nearest" | "trilinear"; throws std::invalid_argument
+Interpolation interpolationFromName(
+    const std::string& name);  ///< "nearest" | "trilinear"; throws std::invalid_argument
 const char* name(Interpolation interpolation);
 
 /// `size` points of the map frame [m], structure of arrays.
@@ -30,11 +30,11 @@ struct PointSpan {
   int size;
 };
 
-/// Results for a PointSpan. Where the state is not kValid, value and gradient are 0, except that kUnknown points
-/// keep the field's value and gradient for those who want them anyway.
+/// Results for a PointSpan. Where the state is not kValid, value and gradient are 0, except that kUnknown
+/// points keep the field's value and gradient for those who want them anyway.
 struct SampleSpan {
-  float* value;         ///< signed distance [m], positive in free space
-  float* gradient_x;    ///< map frame, dimensionless (1 for an exact distance)
+  float* value;       ///< signed distance [m], positive in free space
+  float* gradient_x;  ///< map frame, dimensionless (1 for an exact distance)
   float* gradient_y;
   float* gradient_z;
   PointState* state;
@@ -51,7 +51,8 @@ class DistanceField {
  public:
   virtual ~DistanceField() = default;
   virtual const GridGeometry& geometry() const = 0;
-  /// Values, gradients (map frame) and states of a batch. Non-finite points are kOutside. Safe to call from several threads.
+  /// Values, gradients (map frame) and states of a batch. Non-finite points are kOutside. Safe to call from
+  /// several threads.
   virtual void evaluate(const PointSpan& points, const SampleSpan& samples) const = 0;
   /// Bytes this field holds in memory, caches included.
   virtual std::size_t memoryBytes() const = 0;

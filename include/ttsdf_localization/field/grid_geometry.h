@@ -1,6 +1,7 @@
 #pragma once
 // The only place that knows where a sample sits: sample (i, j, k) lies at voxel_size * (i, j, k) in the grid
-// frame, and T_map_grid puts the grid frame into the map frame (it may turn the grid so that walls follow the axes).
+// frame, and T_map_grid puts the grid frame into the map frame (it may turn the grid so that walls follow the
+// axes).
 
 #include <Eigen/Geometry>
 
@@ -10,10 +11,12 @@ namespace ttsdf {
 
 struct GridGeometry {
   Dims dims = Dims::Zero();
-  double voxel_size = 0.0;                                        ///< [m]
-  Eigen::Isometry3d T_map_grid = Eigen::Isometry3d::Identity();   ///< grid frame (metres) -> map frame
+  double voxel_size = 0.0;                                       ///< [m]
+  Eigen::Isometry3d T_map_grid = Eigen::Isometry3d::Identity();  ///< grid frame (metres) -> map frame
 
-  Eigen::Vector3d samplePosition(const Eigen::Vector3d& index) const { return T_map_grid * (voxel_size * index); }
+  Eigen::Vector3d samplePosition(const Eigen::Vector3d& index) const {
+    return T_map_grid * (voxel_size * index);
+  }
   /// Continuous index of a point of the map frame.
   Eigen::Vector3d toIndex(const Eigen::Vector3d& p_map) const {
     return (T_map_grid.inverse() * p_map) / voxel_size;
@@ -23,7 +26,8 @@ struct GridGeometry {
     return (index.array() >= 0.0).all() && (index.array() <= (dims - 1).cast<double>()).all();
   }
   std::size_t voxelCount() const {
-    return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) * static_cast<std::size_t>(dims[2]);
+    return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) *
+           static_cast<std::size_t>(dims[2]);
   }
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-// Where the map knows anything: one bit per cell of `cell_voxels`^3 voxels. A point in a cell without support is
-// "unknown": its nearest observed surface point lies sideways of it, beyond the border of what was mapped.
+// Where the map knows anything: one bit per cell of `cell_voxels`^3 voxels. A point in a cell without support
+// is "unknown": its nearest observed surface point lies sideways of it, beyond the border of what was mapped.
 
 #include <cstdint>
 #include <vector>
@@ -36,7 +36,8 @@ class SupportMask {
   std::size_t linear(int a, int b, int c) const {
     return static_cast<std::size_t>(a) +
            static_cast<std::size_t>(cell_dims_[0]) *
-               (static_cast<std::size_t>(b) + static_cast<std::size_t>(cell_dims_[1]) * static_cast<std::size_t>(c));
+               (static_cast<std::size_t>(b) +
+                static_cast<std::size_t>(cell_dims_[1]) * static_cast<std::size_t>(c));
   }
   bool bit(std::size_t n) const { return (bits_[n >> 6] >> (n & 63)) & 1u; }
 

@@ -1,10 +1,10 @@
 #pragma once
 // The compressed field, evaluated without decompressing it.
 //
-// For a pair (i, j) of first and middle index the column c_ij = G1(i, :) G2(:, j, :) (r2 numbers) is contracted once and
-// kept; a value is then a dot product of length r2. Interpolating the columns and the last core equals interpolating
-// the full array, so the trilinear value and gradient are exact in the TT domain. The columns live across iterations
-// and scans within a memory bound.
+// For a pair (i, j) of first and middle index the column c_ij = G1(i, :) G2(:, j, :) (r2 numbers) is
+// contracted once and kept; a value is then a dot product of length r2. Interpolating the columns and the
+// last core equals interpolating the full array, so the trilinear value and gradient are exact in the TT
+// domain. The columns live across iterations and scans within a memory bound.
 
 #include <cstddef>
 #include <memory>
@@ -24,7 +24,8 @@ struct TtFieldOptions {
 class TtDistanceField final : public DistanceField {
  public:
   /// Throws std::invalid_argument if train, mask and geometry disagree.
-  TtDistanceField(TensorTrain train, GridGeometry geometry, SupportMask mask = {}, TtFieldOptions options = {});
+  TtDistanceField(TensorTrain train, const GridGeometry& geometry, SupportMask mask = {},
+                  TtFieldOptions options = {});
   ~TtDistanceField() override;
 
   const GridGeometry& geometry() const override;

@@ -43,8 +43,8 @@ struct PoseError {
 /// Error of the SE(3) difference T_a^-1 T_b, translation and rotation apart (paper, section V).
 PoseError poseError(const Eigen::Isometry3d& T_a, const Eigen::Isometry3d& T_b);
 
-/// Swaps the 3x3 blocks between the library's [rotation; translation] and ROS's [translation; rotation] order.
-/// The only place where the two orders meet; it is its own inverse.
+/// Swaps the 3x3 blocks between the library's [rotation; translation] and ROS's [translation; rotation]
+/// order. The only place where the two orders meet; it is its own inverse.
 Matrix6d swapCovarianceOrder(const Matrix6d& covariance);
 
 }  // namespace ttsdf

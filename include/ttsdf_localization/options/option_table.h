@@ -1,6 +1,7 @@
 #pragma once
-// One table per option struct: name, member, unit, range, sentence. It feeds the rosparam loader, the YAML files, the
-// command line, the validation and the generated parameter page, so that a default stands in one place only.
+// One table per option struct: name, member, unit, range, sentence. It feeds the rosparam loader, the YAML
+// files, the command line, the validation and the generated parameter page, so that a default stands in one
+// place only.
 
 #include <functional>
 #include <string>
@@ -18,16 +19,17 @@ template <class Options>
 class OptionTable {
  public:
   struct Row {
-    std::string name;  ///< member name = YAML key = command-line flag (with '-' for '_')
-    std::string unit;  ///< "m", "rad", "s", "" ...
-    double min = 0.0, max = 0.0;            ///< range of numbers
-    std::vector<std::string> choices;       ///< allowed texts; empty: any
+    std::string name;                  ///< member name = YAML key = command-line flag (with '-' for '_')
+    std::string unit;                  ///< "m", "rad", "s", "" ...
+    double min = 0.0, max = 0.0;       ///< range of numbers
+    std::vector<std::string> choices;  ///< allowed texts; empty: any
     std::string description;
     std::function<OptionValue(const Options&)> get;
     std::function<void(Options&, const OptionValue&)> assign;
   };
 
-  OptionTable& add(std::string name, int Options::*member, int min, int max, std::string unit, std::string description);
+  OptionTable& add(std::string name, int Options::*member, int min, int max, std::string unit,
+                   std::string description);
   OptionTable& add(std::string name, double Options::*member, double min, double max, std::string unit,
                    std::string description);
   OptionTable& add(std::string name, bool Options::*member, std::string description);
@@ -39,8 +41,8 @@ class OptionTable {
 
   const std::vector<Row>& rows() const { return rows_; }
   bool has(const std::string& name) const { return find(name) != nullptr; }
-  /// Sets one option. Throws std::invalid_argument naming key, value and range for an unknown key, a wrong type or a
-  /// value out of range. Integers are accepted where a double is wanted.
+  /// Sets one option. Throws std::invalid_argument naming key, value and range for an unknown key, a wrong
+  /// type or a value out of range. Integers are accepted where a double is wanted.
   void set(Options& options, const std::string& name, const OptionValue& value) const;
   /// The same from text ("0.5", "true", "search").
   void setFromText(Options& options, const std::string& name, const std::string& text) const;

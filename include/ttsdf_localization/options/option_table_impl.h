@@ -19,24 +19,40 @@ OptionValue convert(const std::string& name, const OptionValue& value, const Opt
 template <class Options>
 OptionTable<Options>& OptionTable<Options>::add(std::string name, int Options::*member, int min, int max,
                                                 std::string unit, std::string description) {
-  rows_.push_back({std::move(name), std::move(unit), static_cast<double>(min), static_cast<double>(max), {},
-                   std::move(description), [member](const Options& o) { return OptionValue(o.*member); },
+  rows_.push_back({std::move(name),
+                   std::move(unit),
+                   static_cast<double>(min),
+                   static_cast<double>(max),
+                   {},
+                   std::move(description),
+                   [member](const Options& o) { return OptionValue(o.*member); },
                    [member](Options& o, const OptionValue& v) { o.*member = std::get<int>(v); }});
   return *this;
 }
 
 template <class Options>
-OptionTable<Options>& OptionTable<Options>::add(std::string name, double Options::*member, double min, double max,
-                                                std::string unit, std::string description) {
-  rows_.push_back({std::move(name), std::move(unit), min, max, {}, std::move(description),
+OptionTable<Options>& OptionTable<Options>::add(std::string name, double Options::*member, double min,
+                                                double max, std::string unit, std::string description) {
+  rows_.push_back({std::move(name),
+                   std::move(unit),
+                   min,
+                   max,
+                   {},
+                   std::move(description),
                    [member](const Options& o) { return OptionValue(o.*member); },
                    [member](Options& o, const OptionValue& v) { o.*member = std::get<double>(v); }});
   return *this;
 }
 
 template <class Options>
-OptionTable<Options>& OptionTable<Options>::add(std::string name, bool Options::*member, std::string description) {
-  rows_.push_back({std::move(name), "", 0.0, 1.0, {}, std::move(description),
+OptionTable<Options>& OptionTable<Options>::add(std::string name, bool Options::*member,
+                                                std::string description) {
+  rows_.push_back({std::move(name),
+                   "",
+                   0.0,
+                   1.0,
+                   {},
+                   std::move(description),
                    [member](const Options& o) { return OptionValue(o.*member); },
                    [member](Options& o, const OptionValue& v) { o.*member = std::get<bool>(v); }});
   return *this;
@@ -55,9 +71,10 @@ template <class Options>
 template <class Nested>
 OptionTable<Options>& OptionTable<Options>::add(Nested Options::*member, const OptionTable<Nested>& table) {
   for (const auto& row : table.rows()) {
-    rows_.push_back({row.name, row.unit, row.min, row.max, row.choices, row.description,
-                     [member, get = row.get](const Options& o) { return get(o.*member); },
-                     [member, assign = row.assign](Options& o, const OptionValue& v) { assign(o.*member, v); }});
+    rows_.push_back(
+        {row.name, row.unit, row.min, row.max, row.choices, row.description,
+         [member, get = row.get](const Options& o) { return get(o.*member); },
+         [member, assign = row.assign](Options& o, const OptionValue& v) { assign(o.*member, v); }});
   }
   return *this;
 }
@@ -94,8 +111,8 @@ void OptionTable<Options>::set(Options& options, const std::string& name, const 
   if (!row) {
     std::string known;
     for (const auto& r : rows_) known += (known.empty() ? "" : ", ") + r.name;
-    throw std::invalid_argument("option '" + name + "' (value " + toString(value) + ") is unknown; wanted one of: " +
-                                known);
+    throw std::invalid_argument("option '" + name + "' (value " + toString(value) +
+                                ") is unknown; wanted one of: " + known);
   }
   const OptionValue converted = option_detail::convert(name, value, row->get(options));
   checkRange(*row, converted);
@@ -103,7 +120,8 @@ void OptionTable<Options>::set(Options& options, const std::string& name, const 
 }
 
 template <class Options>
-void OptionTable<Options>::setFromText(Options& options, const std::string& name, const std::string& text) const {
+void OptionTable<Options>::setFromText(Options& options, const std::string& name,
+                                       const std::string& text) const {
   const Row* row = find(name);
   set(options, name, row ? option_detail::parse(name, text, row->get(options)) : OptionValue(text));
 }

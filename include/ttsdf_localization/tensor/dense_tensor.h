@@ -1,6 +1,6 @@
 #pragma once
-// A dense three-dimensional array of float, first index fastest: entry (i, j, k) is data[i + n0 * (j + n1 * k)].
-// The mode-1 unfolding is therefore the raw memory seen as a column-major n0 x (n1 n2) matrix.
+// A dense three-dimensional array of float, first index fastest: entry (i, j, k) is data[i + n0 * (j + n1 *
+// k)]. The mode-1 unfolding is therefore the raw memory seen as a column-major n0 x (n1 n2) matrix.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -24,7 +24,8 @@ class DenseTensor {
   std::size_t offset(int i, int j, int k) const {
     return static_cast<std::size_t>(i) +
            static_cast<std::size_t>(dims_[0]) *
-               (static_cast<std::size_t>(j) + static_cast<std::size_t>(dims_[1]) * static_cast<std::size_t>(k));
+               (static_cast<std::size_t>(j) +
+                static_cast<std::size_t>(dims_[1]) * static_cast<std::size_t>(k));
   }
   float& operator()(int i, int j, int k) { return data_[offset(i, j, k)]; }
   float operator()(int i, int j, int k) const { return data_[offset(i, j, k)]; }

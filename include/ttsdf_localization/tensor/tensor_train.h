@@ -2,10 +2,9 @@
 // The tensor train of a three-dimensional array (paper, equation (tt)):
 //   F(x) = G1(i1, :) * G2(:, i2, :) * G3(:, i3),   (i1, i2, i3) = the entries of x in the order of `axes`.
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
-
-#include <Eigen/Core>
 
 #include "ttsdf_localization/tensor/dense_tensor.h"
 
@@ -14,7 +13,8 @@ namespace ttsdf {
 /// Which array axis (0 = x, 1 = y, 2 = z) is the first, the middle and the last mode of the train.
 using ModeOrder = std::array<int, 3>;
 
-/// The order that needs least memory: the smallest extent in the middle, the other two in their natural order.
+/// The order that needs least memory: the smallest extent in the middle, the other two in their natural
+/// order.
 ModeOrder defaultModeOrder(const Dims& dims);
 
 class TensorTrain {
@@ -36,7 +36,9 @@ class TensorTrain {
   const Eigen::MatrixXf& middle() const { return middle_; }
   const Eigen::MatrixXf& last() const { return last_; }
   /// Slice j of the middle core, r1 x r2.
-  auto slice(int j) const { return middle_.middleCols(static_cast<Eigen::Index>(j) * last_.rows(), last_.rows()); }
+  auto slice(int j) const {
+    return middle_.middleCols(static_cast<Eigen::Index>(j) * last_.rows(), last_.rows());
+  }
 
   /// One entry, array indices; O(r1 r2). Indices are not checked.
   float operator()(int x, int y, int z) const;

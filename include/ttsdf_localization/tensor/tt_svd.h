@@ -10,9 +10,9 @@
 namespace ttsdf {
 
 struct TtSvdOptions {
-  int max_rank1 = 0;        ///< cap on r1; 0: none
-  int max_rank2 = 0;        ///< cap on r2; 0: none
-  double tolerance = 0.0;   ///< relative Frobenius error allowed; 0: none
+  int max_rank1 = 0;              ///< cap on r1; 0: none
+  int max_rank2 = 0;              ///< cap on r2; 0: none
+  double tolerance = 0.0;         ///< relative Frobenius error allowed; 0: none
   std::optional<ModeOrder> axes;  ///< default: defaultModeOrder(dims)
 };
 

@@ -1,0 +1,163 @@
+#include "grid_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "../tensor/vectorize.h"
+
+namespace ttsdf {
+
+namespace {
+
+struct LocateArguments {
+  const float *x, *y, *z;
+  int size;
+  const float (*matrix)[4];
+  float last[3];       // largest valid index
+  float cell_last[3];  // largest valid cell
+  bool nearest;
+};
+
+TTSDF_VECTORIZE void locateChunk(const LocateArguments& in, CellChunk& cells) {
+  const int size = in.size;
+  for (int n = 0; n < size; ++n) cells.state[n] = PointState::kValid;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float* const m = in.matrix[axis];
+    const float last = in.last[axis], cell_last = in.cell_last[axis];
+    std::int32_t* const cell = cells.cell[axis];
+    float* const fraction = cells.fraction[axis];
+    alignas(64) std::int32_t outside[kChunk];
+    const float half = in.nearest ? 0.5f : 0.0f;
+    for (int n = 0; n < size; ++n) {
+      const float index = m[0] * in.x[n] + m[1] * in.y[n] + m[2] * in.z[n] + m[3];
+      const bool inside = index >= 0.0f && index <= last;  // false for NaN
+      outside[n] = inside ? 0 : 1;
+      const float safe = inside ? index : 0.0f;
+      const float base = std::min(static_cast<float>(static_cast<std::int32_t>(safe + half)), cell_last);
+      cell[n] = static_cast<std::int32_t>(base);
+      fraction[n] = safe - base;
+    }
+    for (int n = 0; n < size; ++n) {
+      if (outside[n]) cells.state[n] = PointState::kOutside;
+    }
+  }
+}
+
+/// Trilinear value and gradient (per chain index) from corner samples; `gradient` in units of the index.
+TTSDF_VECTORIZE void interpolateChunk(const CellChunk& cells, const CornerChunk& corners, float* value,
+                                      float* ga, float* gb, float* gc) {
+  for (int n = 0; n < cells.size; ++n) {
+    const float* const c = corners.value[n];
+    const float u = cells.fraction[0][n], v = cells.fraction[1][n], w = cells.fraction[2][n];
+    const float x00 = c[0] + u * (c[1] - c[0]), x10 = c[2] + u * (c[3] - c[2]);
+    const float x01 = c[4] + u * (c[5] - c[4]), x11 = c[6] + u * (c[7] - c[6]);
+    const float y0 = x00 + v * (x10 - x00), y1 = x01 + v * (x11 - x01);
+    const float d0 = (c[1] - c[0]) + v * ((c[3] - c[2]) - (c[1] - c[0]));
+    const float d1 = (c[5] - c[4]) + v * ((c[7] - c[6]) - (c[5] - c[4]));
+    value[n] = y0 + w * (y1 - y0);
+    ga[n] = d0 + w * (d1 - d0);
+    gb[n] = (x10 - x00) + w * ((x11 - x01) - (x10 - x00));
+    gc[n] = y1 - y0;
+  }
+}
+
+/// Gradient to the map frame: df/dp = M^T df/dindex. Outside points get zeros.
+TTSDF_VECTORIZE void finishChunk(const CellChunk& cells, const float (*m)[4], const float* value,
+                                 const float* ga, const float* gb, const float* gc, const SampleSpan& out,
+                                 int begin) {
+  alignas(64) float keep[kChunk];
+  for (int n = 0; n < cells.size; ++n) keep[n] = cells.state[n] == PointState::kOutside ? 0.0f : 1.0f;
+  for (int n = 0; n < cells.size; ++n) {
+    out.value[begin + n] = keep[n] * value[n];
+    out.gradient_x[begin + n] = keep[n] * (m[0][0] * ga[n] + m[1][0] * gb[n] + m[2][0] * gc[n]);
+    out.gradient_y[begin + n] = keep[n] * (m[0][1] * ga[n] + m[1][1] * gb[n] + m[2][1] * gc[n]);
+    out.gradient_z[begin + n] = keep[n] * (m[0][2] * ga[n] + m[1][2] * gb[n] + m[2][2] * gc[n]);
+  }
+  for (int n = 0; n < cells.size; ++n) out.state[begin + n] = cells.state[n];
+}
+
+}  // namespace
+
+DifferenceStencil differenceStencil(int n, int size) {
+  if (size == 1) return {{0, 0, 0}, {0.0f, 0.0f, 0.0f}};
+  if (size == 2) return {{0, 1, 1}, {-1.0f, 1.0f, 0.0f}};
+  if (n == 0) return {{0, 1, 2}, {-1.5f, 2.0f, -0.5f}};
+  if (n == size - 1) return {{size - 3, size - 2, size - 1}, {0.5f, -2.0f, 1.5f}};
+  return {{n - 1, n, n + 1}, {-0.5f, 0.0f, 0.5f}};
+}
+
+GridField::GridField(const GridGeometry& geometry, SupportMask mask, Interpolation interpolation,
+                     const ModeOrder& axes)
+    : geometry_(geometry), mask_(std::move(mask)), interpolation_(interpolation), axes_(axes), sizes_{} {
+  check(geometry_);
+  if (!mask_.empty()) {
+    const Dims cells = (geometry_.dims + mask_.cellVoxels() - 1) / mask_.cellVoxels();
+    if ((cells != mask_.cellDims()).any()) {
+      std::ostringstream text;
+      text << "distance field: got a support mask of " << mask_.cellDims().transpose() << " cells, wanted "
+           << cells.transpose();
+      throw std::invalid_argument(text.str());
+    }
+  }
+  const Eigen::Isometry3d T_grid_map = geometry_.T_map_grid.inverse();
+  for (std::size_t mode = 0; mode < 3; ++mode) {
+    sizes_[mode] = geometry_.dims[axes_[mode]];
+    for (int column = 0; column < 4; ++column) {
+      index_from_map_[mode][column] =
+          static_cast<float>(T_grid_map.matrix()(axes_[mode], column) / geometry_.voxel_size);
+    }
+  }
+}
+
+void GridField::locate(const PointSpan& points, int begin, CellChunk& cells) const {
+  LocateArguments in{};
+  in.x = points.x + begin, in.y = points.y + begin, in.z = points.z + begin;
+  in.size = cells.size;
+  in.matrix = index_from_map_;
+  in.nearest = interpolation_ == Interpolation::kNearest;
+  for (std::size_t mode = 0; mode < 3; ++mode) {
+    in.last[mode] = static_cast<float>(sizes_[mode] - 1);
+    in.cell_last[mode] = static_cast<float>(in.nearest ? sizes_[mode] - 1 : std::max(0, sizes_[mode] - 2));
+  }
+  locateChunk(in, cells);
+}
+
+void GridField::applyMask(CellChunk& cells) const {
+  if (mask_.empty()) return;
+  for (int n = 0; n < cells.size; ++n) {
+    if (cells.state[n] != PointState::kValid) continue;
+    int voxel[3];
+    for (std::size_t mode = 0; mode < 3; ++mode) {
+      voxel[axes_[mode]] =
+          std::min(cells.cell[mode][n] + (cells.fraction[mode][n] >= 0.5f ? 1 : 0), sizes_[mode] - 1);
+    }
+    if (!mask_.atVoxel(voxel[0], voxel[1], voxel[2])) cells.state[n] = PointState::kUnknown;
+  }
+}
+
+void GridField::evaluate(const PointSpan& points, const SampleSpan& samples) const {
+  CellChunk cells;
+  CornerChunk corner_values;
+  StencilChunk stencil_values;
+  alignas(64) float value[kChunk], ga[kChunk], gb[kChunk], gc[kChunk];
+  for (int begin = 0; begin < points.size; begin += kChunk) {
+    cells.size = std::min(kChunk, points.size - begin);
+    locate(points, begin, cells);
+    applyMask(cells);
+    if (interpolation_ == Interpolation::kTrilinear) {
+      corners(cells, corner_values);
+      interpolateChunk(cells, corner_values, value, ga, gb, gc);
+    } else {
+      stencils(cells, stencil_values);
+      for (int n = 0; n < cells.size; ++n) {
+        value[n] = stencil_values.value[n][0], ga[n] = stencil_values.value[n][1];
+        gb[n] = stencil_values.value[n][2], gc[n] = stencil_values.value[n][3];
+      }
+    }
+    finishChunk(cells, index_from_map_, value, ga, gb, gc, samples, begin);
+  }
+}
+
+}  // namespace ttsdf

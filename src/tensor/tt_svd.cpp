@@ -1,0 +1,146 @@
+#include "ttsdf_localization/tensor/tt_svd.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "gram.h"
+
+namespace ttsdf {
+
+namespace {
+
+struct Subspace {
+  Eigen::MatrixXd basis;         // orthonormal columns, largest singular value first
+  std::vector<double> spectrum;  // all singular values
+  double discarded = 0.0;        // sum of squares cut off
+};
+
+void checkOptions(const TtSvdOptions& options) {
+  if (options.max_rank1 < 0 || options.max_rank2 < 0 || !(options.tolerance >= 0.0)) {
+    std::ostringstream text;
+    text << "ttSvd: got ranks " << options.max_rank1 << ", " << options.max_rank2 << " and tolerance "
+         << options.tolerance << ", wanted none negative";
+    throw std::invalid_argument(text.str());
+  }
+}
+
+/// Leading left singular vectors from the Gram matrix (lower triangle). `allowed` is the sum of squares that
+/// may go.
+Subspace leadingSubspace(const Eigen::MatrixXd& gram, int max_rank, double allowed) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);  // reads the lower triangle
+  if (solver.info() != Eigen::Success) throw std::runtime_error("ttSvd: the eigensolver did not converge");
+  const int n = static_cast<int>(gram.rows());
+  Subspace subspace;
+  for (int k = 0; k < n; ++k)
+    subspace.spectrum.push_back(std::sqrt(std::max(0.0, solver.eigenvalues()[n - 1 - k])));
+  const double floor = 1e-8 * subspace.spectrum.front();  // below, a Gram matrix holds rounding only
+  int rank = n;
+  while (rank > 1) {
+    const double next = subspace.spectrum[static_cast<std::size_t>(rank - 1)];
+    const bool noise = next <= floor;
+    const bool over = max_rank > 0 && rank > max_rank;
+    const bool spare = subspace.discarded + next * next <= allowed;
+    if (!noise && !over && !spare) break;
+    subspace.discarded += next * next;
+    --rank;
+  }
+  subspace.basis = solver.eigenvectors().rightCols(rank).rowwise().reverse();
+  return subspace;
+}
+
+double squaredNorm(const Eigen::MatrixXd& gram) { return gram.trace(); }
+
+}  // namespace
+
+TtSvdResult ttSvd(const Dims& dims, const SlabSource& source, const TtSvdOptions& options) {
+  checkOptions(options);
+  if ((dims < 1).any()) throw std::invalid_argument("ttSvd: got an empty tensor, wanted extents >= 1");
+  const ModeOrder axes = options.axes.value_or(defaultModeOrder(dims));
+  const int n1 = dims[axes[0]], n2 = dims[axes[1]], n3 = dims[axes[2]];
+
+  Eigen::MatrixXf slab(n1, n3);
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(n1, n1);
+  for (int j = 0; j < n2; ++j) {
+    source(j, slab);
+    if (!slab.allFinite()) {
+      throw std::invalid_argument("ttSvd: got NaN or infinite entries at middle index " + std::to_string(j) +
+                                  ", wanted finite ones");
+    }
+    addGram(slab, gram);
+  }
+  const double total = squaredNorm(gram);
+  // Both truncations share the allowed error evenly (Oseledets 2011, Theorem 2.2).
+  const double allowed = 0.5 * options.tolerance * options.tolerance * total;
+
+  TtSvdResult result;
+  Subspace left = leadingSubspace(gram, options.max_rank1, allowed);
+  const int r1 = static_cast<int>(left.basis.cols());
+  const Eigen::MatrixXf first = left.basis.cast<float>();
+
+  Eigen::MatrixXf projected(r1, static_cast<Eigen::Index>(n2) * n3);  // block j: r1 x n3
+  Eigen::MatrixXd gram3 = Eigen::MatrixXd::Zero(n3, n3);
+  for (int j = 0; j < n2; ++j) {
+    source(j, slab);
+    auto block = projected.middleCols(static_cast<Eigen::Index>(j) * n3, n3);
+    block.noalias() = first.transpose() * slab;
+    addGram(block.transpose().eval(), gram3);
+  }
+  Subspace right = leadingSubspace(gram3, options.max_rank2, allowed);
+  const int r2 = static_cast<int>(right.basis.cols());
+  const Eigen::MatrixXf last = right.basis.cast<float>().transpose();
+
+  Eigen::MatrixXf middle(r1, static_cast<Eigen::Index>(n2) * r2);
+  for (int j = 0; j < n2; ++j) {
+    middle.middleCols(static_cast<Eigen::Index>(j) * r2, r2).noalias() =
+        projected.middleCols(static_cast<Eigen::Index>(j) * n3, n3) * last.transpose();
+  }
+  result.relative_error = total > 0.0 ? std::sqrt((left.discarded + right.discarded) / total) : 0.0;
+  result.train = TensorTrain(axes, first, std::move(middle), last);
+  result.spectrum1 = std::move(left.spectrum);
+  result.spectrum2 = std::move(right.spectrum);
+  return result;
+}
+
+TtSvdResult ttSvd(const DenseTensor& tensor, const TtSvdOptions& options) {
+  if (tensor.size() == 0) throw std::invalid_argument("ttSvd: got an empty tensor, wanted extents >= 1");
+  const Dims& dims = tensor.dims();
+  const ModeOrder axes = options.axes.value_or(defaultModeOrder(dims));
+  const auto stride = [&dims](int axis) {
+    Eigen::Index s = 1;
+    for (int a = 0; a < axis; ++a) s *= dims[a];
+    return s;
+  };
+  const Eigen::Index s1 = stride(axes[0]), s2 = stride(axes[1]), s3 = stride(axes[2]);
+  using StridedMap = Eigen::Map<const Eigen::MatrixXf, 0, Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>>;
+  const SlabSource source = [&](int j, Eigen::Ref<Eigen::MatrixXf> slab) {
+    slab = StridedMap(tensor.data() + j * s2, dims[axes[0]], dims[axes[2]],
+                      Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>(s3, s1));
+  };
+  return ttSvd(dims, source, options);
+}
+
+TensorTrain round(const TensorTrain& tt, const TtSvdOptions& options) {
+  // F = Q1 (R1 G2 R3) Q3 with orthonormal Q: the small core R1 G2 R3 holds all of the error's geometry.
+  const Eigen::HouseholderQR<Eigen::MatrixXf> qr1(tt.first());
+  const Eigen::HouseholderQR<Eigen::MatrixXf> qr3(tt.last().transpose().eval());
+  const auto sizes = tt.modeSizes();
+  const Eigen::Index m1 = std::min<Eigen::Index>(sizes[0], tt.rank1()),
+                     m3 = std::min<Eigen::Index>(sizes[2], tt.rank2());
+  const Eigen::MatrixXf Q1 = qr1.householderQ() * Eigen::MatrixXf::Identity(sizes[0], m1);
+  const Eigen::MatrixXf Q3 = qr3.householderQ() * Eigen::MatrixXf::Identity(sizes[2], m3);
+  const Eigen::MatrixXf R1 = Q1.transpose() * tt.first();
+  const Eigen::MatrixXf R3 = Q3.transpose() * tt.last().transpose();
+  const SlabSource source = [&](int j, Eigen::Ref<Eigen::MatrixXf> slab) {
+    slab = R1 * tt.slice(j) * R3.transpose();
+  };
+  TtSvdOptions small = options;
+  small.axes = ModeOrder{{0, 1, 2}};
+  const TensorTrain core =
+      ttSvd(Dims(static_cast<int>(m1), sizes[1], static_cast<int>(m3)), source, small).train;
+  return TensorTrain(tt.axes(), Q1 * core.first(), core.middle(), core.last() * Q3.transpose());
+}
+
+}  // namespace ttsdf
