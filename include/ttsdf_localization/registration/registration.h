@@ -36,11 +36,12 @@ struct RegistrationOptions {
   double kernel_scale_start = 0.3;    ///< Geman-McClure scale of the first iterations [m]
   double kernel_scale_end = 0.05;     ///< and of the last ones [m]
   double inlier_distance = 0.05;      ///< |f| below this is an inlier [m]
-  double prior_rotation_sigma = 0.0;     ///< tie to the prior [rad]; 0: only in directions without information
-  double prior_translation_sigma = 0.0;  ///< [m]
+  double min_inlier_ratio = 0.4;   ///< of the points in known space; fewer is no success
+  double min_known_ratio = 0.2;    ///< share of points in known space that is needed
+  double weak_threshold = 0.01;    ///< directions with less information keep the prior (and are reported as weak)
+  double weak_sigma = 1.0;         ///< standard deviation reported for them [m] (rotation: over the scan's radius)
   int min_points = 50;
   int max_points = 4500;           ///< more points are sub-sampled evenly
-  int threads = 1;
 };
 const OptionTable<RegistrationOptions>& registrationOptionTable();
 
@@ -58,7 +59,9 @@ struct RegistrationResult {
   double runner_up_score = 1.0;     ///< global: of the best distinct other place
   Eigen::Isometry3d T_map_runner_up = Eigen::Isometry3d::Identity();
   Matrix6d covariance = Matrix6d::Zero();  ///< of the left perturbation [rotation; translation] about the sensor's position
-  Vector6d hessian_eigenvalues = Vector6d::Zero();  ///< rising
+  /// Information per direction, rising: mean square change of residual per metre the points move (1: every point
+  /// sees it). Rotations are scaled by the scan's radius; columns of the eigenvectors are [rotation * radius; translation].
+  Vector6d hessian_eigenvalues = Vector6d::Zero();
   Matrix6d hessian_eigenvectors = Matrix6d::Identity();
   int weak_directions = 0;          ///< eigenvalues without information, from the smallest
   double milliseconds = 0.0;
@@ -73,6 +76,7 @@ class Registration {
   Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options = {});
   ~Registration();
   Registration(Registration&&) noexcept;
+  Registration& operator=(Registration&&) noexcept;
 
   /// One start, from the prior. Not thread-safe (owns work space); never throws for bad points.
   RegistrationResult align(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor_prior);

@@ -1,0 +1,218 @@
+#include "ttsdf_localization/registration/registration.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+#include "minimizer.h"
+#include "result.h"
+#include "uncertainty.h"
+
+namespace ttsdf {
+
+const char* name(TerminationReason reason) {
+  switch (reason) {
+    case TerminationReason::kConverged:
+      return "converged";
+    case TerminationReason::kMaxIterations:
+      return "max_iterations";
+    case TerminationReason::kTooFewPoints:
+      return "too_few_points";
+    case TerminationReason::kOutsideMap:
+      return "outside_map";
+    case TerminationReason::kDegenerate:
+      return "degenerate";
+    case TerminationReason::kAmbiguous:
+      return "ambiguous";
+    case TerminationReason::kLowScore:
+      return "low_score";
+    case TerminationReason::kCancelled:
+      return "cancelled";
+  }
+  return "unknown";
+}
+
+const OptionTable<RegistrationOptions>& registrationOptionTable() {
+  using O = RegistrationOptions;
+  static const OptionTable<O> table =
+      OptionTable<O>()
+          .add("method", &O::method, {"robust", "gauss_newton"},
+               "Levenberg-Marquardt with a robust kernel, or plain Gauss-Newton as in the paper")
+          .add("max_iterations", &O::max_iterations, 1, 1000, "", "Evaluations of the scan at the most")
+          .add("rotation_epsilon", &O::rotation_epsilon, 0.0, 0.1, "rad", "A step that turns less ...")
+          .add("translation_epsilon", &O::translation_epsilon, 0.0, 0.1, "m",
+               "... and moves less ends the iteration")
+          .add("cost_epsilon", &O::cost_epsilon, 0.0, 0.1, "",
+               "So does a step that lowers the cost by less than this share")
+          .add("kernel_scale_start", &O::kernel_scale_start, 0.001, 10.0, "m",
+               "Largest Geman-McClure scale; the first iterations start here or at the scan's own residual")
+          .add("kernel_scale_end", &O::kernel_scale_end, 0.001, 10.0, "m",
+               "Geman-McClure scale of the last iterations")
+          .add("inlier_distance", &O::inlier_distance, 0.001, 1.0, "m",
+               "A point nearer to the surface is an inlier")
+          .add("min_inlier_ratio", &O::min_inlier_ratio, 0.0, 1.0, "",
+               "Share of inliers among the points in known space that a successful registration needs")
+          .add("min_known_ratio", &O::min_known_ratio, 0.0, 1.0, "",
+               "Share of points in known space that a registration needs")
+          .add("weak_threshold", &O::weak_threshold, 0.0, 0.5, "",
+               "A direction with less of the information keeps the prior and is reported as weak")
+          .add("weak_sigma", &O::weak_sigma, 0.01, 100.0, "m",
+               "Standard deviation reported for weak directions")
+          .add("min_points", &O::min_points, 6, 100000, "", "Fewer usable points are refused")
+          .add("max_points", &O::max_points, 6, 10000000, "", "More points are sub-sampled evenly");
+  return table;
+}
+
+class Registration::Impl {
+ public:
+  Impl(std::shared_ptr<const DistanceField> field, const RegistrationOptions& options)
+      : field_(std::move(field)), options_(options) {
+    if (!field_) throw std::invalid_argument("registration: got no distance field");
+    registrationOptionTable().validate(options_);
+    if (options_.kernel_scale_end > options_.kernel_scale_start) {
+      throw std::invalid_argument(
+          "registration: got kernel_scale_end " + std::to_string(options_.kernel_scale_end) +
+          " m, wanted at most kernel_scale_start (" + std::to_string(options_.kernel_scale_start) + " m)");
+    }
+  }
+
+  RegistrationResult align(const ScanPoints& points, const Eigen::Isometry3d& T_prior) {
+    const auto begin = std::chrono::steady_clock::now();
+    RegistrationResult result;
+    result.T_map_sensor = T_prior;
+    scan_.assign(points, options_.max_points);
+    result.points = scan_.size();
+    if (scan_.size() >= options_.min_points && T_prior.matrix().allFinite()) {
+      if (options_.method == "gauss_newton") {
+        solvePlain(T_prior, result);
+      } else {
+        solveRobust(T_prior, result);
+      }
+    }
+    result.milliseconds =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    return result;
+  }
+
+  const RegistrationOptions& options() const { return options_; }
+  const DistanceField& field() const { return *field_; }
+
+ private:
+  ResidualModel model(double scale) const {
+    ResidualModel m;
+    m.scale = scale;
+    m.inlier_distance = options_.inlier_distance;
+    return m;
+  }
+
+  void solvePlain(const Eigen::Isometry3d& T_prior, RegistrationResult& result) {
+    StageOptions stage = finalStage();
+    stage.model.robust = false;
+    stage.model.limit_gradient = false;
+    finish(gaussNewton(*field_, scan_, T_prior, stage), result.iterations, result);
+  }
+
+  StageOptions finalStage() const {
+    StageOptions stage;
+    stage.points = scan_.size();
+    stage.model = model(options_.kernel_scale_end);
+    stage.max_iterations = options_.max_iterations;
+    stage.rotation_epsilon = options_.rotation_epsilon;
+    stage.translation_epsilon = options_.translation_epsilon;
+    stage.cost_epsilon = options_.cost_epsilon;
+    stage.weak_threshold = options_.weak_threshold;
+    return stage;
+  }
+
+  /// Graduated non-convexity: from a kernel as wide as the scan's own residual down to the final scale, first
+  /// on a part of the points.
+  void solveRobust(const Eigen::Isometry3d& T_prior, RegistrationResult& result) {
+    const int coarse = scan_.prefix(kCoarsePoints);
+    const NormalEquations start =
+        linearize(*field_, scan_, coarse, T_prior, model(options_.kernel_scale_end));
+    if (start.valid < options_.min_known_ratio * coarse) {
+      report(start, T_prior, result);
+      result.iterations = 1;
+      result.reason = TerminationReason::kOutsideMap;
+      return;
+    }
+    const double rms = std::sqrt(start.squares / start.valid);
+    Eigen::Isometry3d T = T_prior;
+    int iterations = 1;
+    double scale = std::min(options_.kernel_scale_start, kScalePerRms * rms);
+    for (; scale > 1.01 * options_.kernel_scale_end && iterations < options_.max_iterations;
+         scale *= kScaleFactor) {
+      StageOptions stage = finalStage();
+      stage.points = coarse;
+      stage.model = model(std::max(scale, options_.kernel_scale_end));
+      stage.max_iterations = std::min(kStageIterations, options_.max_iterations - iterations);
+      stage.rotation_epsilon = kStageEpsilon * scale / std::max(scan_.radius(), 0.1);
+      stage.translation_epsilon = kStageEpsilon * scale;
+      stage.cost_epsilon = 0.01;
+      const StageResult stage_result = levenbergMarquardt(*field_, scan_, T, stage);
+      T = stage_result.T_map_sensor;
+      iterations += stage_result.iterations;
+    }
+    StageOptions last = finalStage();
+    last.max_iterations = std::max(2, options_.max_iterations - iterations);
+    finish(levenbergMarquardt(*field_, scan_, T, last), iterations, result);
+  }
+
+  void finish(const StageResult& stage, int iterations_before, RegistrationResult& result) {
+    report(stage.equations, stage.T_map_sensor, result);
+    result.iterations = iterations_before + stage.iterations;
+    const double known = static_cast<double>(stage.equations.valid) / std::max(1, stage.equations.points());
+    if (known < options_.min_known_ratio) {
+      result.reason = TerminationReason::kOutsideMap;
+    } else if (!stage.solvable) {
+      result.reason = TerminationReason::kDegenerate;
+    } else {
+      result.reason = stage.converged ? TerminationReason::kConverged : TerminationReason::kMaxIterations;
+      result.success = result.inlier_ratio >= options_.min_inlier_ratio;
+      if (!result.success) result.reason = TerminationReason::kLowScore;
+    }
+    describeInformation(stage, result);
+  }
+
+  void describeInformation(const StageResult& stage, RegistrationResult& result) {
+    const InformationAnalysis info = analyseInformation(stage.equations, scan_.radius());
+    result.hessian_eigenvalues = info.share;
+    result.hessian_eigenvectors = info.directions;
+    result.weak_directions = static_cast<int>((info.share.array() < options_.weak_threshold).count());
+    if (result.success) {
+      const Matrix6d about_centroid =
+          sandwichCovariance(*field_, scan_, stage.T_map_sensor, model(options_.kernel_scale_end),
+                             kClusterSize, options_.weak_threshold, options_.weak_sigma);
+      // Twists about the sensor's position: its translation also moves by the rotation times the lever arm.
+      Matrix6d shift = Matrix6d::Identity();
+      shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());
+      result.covariance = shift * about_centroid * shift.transpose();
+    }
+  }
+
+  static constexpr int kCoarsePoints = 1000;
+  static constexpr int kStageIterations = 12;
+  static constexpr double kScalePerRms = 2.0;
+  static constexpr double kScaleFactor = 0.5;
+  static constexpr double kStageEpsilon = 0.02;  // a stage ends when a step is this share of its scale
+  static constexpr double kClusterSize = 0.3;    // [m]
+
+  std::shared_ptr<const DistanceField> field_;
+  RegistrationOptions options_;
+  ScanBuffer scan_;
+};
+
+Registration::Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options)
+    : impl_(std::make_unique<Impl>(std::move(field), options)) {}
+Registration::~Registration() = default;
+Registration::Registration(Registration&&) noexcept = default;
+Registration& Registration::operator=(Registration&&) noexcept = default;
+RegistrationResult Registration::align(const ScanPoints& points,
+                                       const Eigen::Isometry3d& T_map_sensor_prior) {
+  return impl_->align(points, T_map_sensor_prior);
+}
+const RegistrationOptions& Registration::options() const { return impl_->options(); }
+const DistanceField& Registration::field() const { return impl_->field(); }
+
+}  // namespace ttsdf

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "linearizer.h"
+#include "ttsdf_localization/registration/registration.h"
+
+namespace ttsdf {
+
+/// What a point in unknown space adds to the score: a surface may well be there, but nothing speaks for it.
+constexpr double kUnknownScore = 0.7;
+
+/// Mean of r^2 / (r^2 + (3 cm)^2), unknown 0.7, outside 1; 0 is perfect. Told right from wrong poses in rooms
+/// and houses.
+double score(const NormalEquations& equations);
+
+/// Pose and statistics of the points into the result.
+void report(const NormalEquations& equations, const Eigen::Isometry3d& T_map_sensor,
+            RegistrationResult& result);
+
+}  // namespace ttsdf

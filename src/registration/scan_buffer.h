@@ -1,0 +1,34 @@
+#pragma once
+// A scan as registration wants it: finite points only, structure of arrays, relative to their centroid, and
+// ordered so that every prefix of 1/8, 1/4, 1/2 of the points is an even sub-sample (coarse-to-fine costs no
+// copying).
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace ttsdf {
+
+class ScanBuffer {
+ public:
+  /// Takes at most `max_points` of the finite columns of `points` (3 x n, sensor frame), evenly by stride.
+  void assign(const Eigen::Matrix3Xf& points, int max_points);
+
+  int size() const { return static_cast<int>(x_.size()); }
+  const float* x() const { return x_.data(); }
+  const float* y() const { return y_.data(); }
+  const float* z() const { return z_.data(); }
+  /// Sensor frame [m]; point n is centroid + (x[n], y[n], z[n]).
+  const Eigen::Vector3d& centroid() const { return centroid_; }
+  /// Root mean square distance to the centroid [m]: turns radians into metres.
+  double radius() const { return radius_; }
+  /// Size of an even prefix of at least `wanted` points (or all).
+  int prefix(int wanted) const;
+
+ private:
+  std::vector<float> x_, y_, z_;
+  std::vector<int> finite_, order_;
+  Eigen::Vector3d centroid_ = Eigen::Vector3d::Zero();
+  double radius_ = 0.0;
+};
+
+}  // namespace ttsdf
