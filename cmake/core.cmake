@@ -19,11 +19,16 @@ ttsdf_library(ttsdf_core
     src/field/dense_distance_field.cpp
     src/field/column_kernels.cpp
     src/field/tt_distance_field.cpp
+    src/field/long_range_field.cpp
     src/registration/scan_buffer.cpp
     src/registration/linearizer.cpp
     src/registration/minimizer.cpp
     src/registration/uncertainty.cpp
     src/registration/result.cpp
     src/registration/registration.cpp
+    src/registration/descent.cpp
+    src/registration/start_poses.cpp
+    src/registration/search.cpp
+    src/registration/global_localization.cpp
   PUBLIC Eigen3::Eigen
   PRIVATE ZLIB::ZLIB Threads::Threads ${ZSTD_LIBRARY} ${LZMA_LIBRARY})

@@ -10,9 +10,8 @@ namespace ttsdf {
 namespace {
 
 constexpr int kChunkPoints = 256;
-constexpr int kLanes = 16;            // partial sums kept apart: vectorisable without reordering
-constexpr int kSums = 21 + 6 + 5;     // H, g, cost, score, inlier squares, weight, squares
-constexpr float kScoreScale = 0.03f;  // [m]
+constexpr int kLanes = 16;         // partial sums kept apart: vectorisable without reordering
+constexpr int kSums = 21 + 6 + 5;  // H, g, cost, score, inlier squares, weight, squares
 
 struct Chunk {
   int size;
@@ -135,7 +134,7 @@ NormalEquations linearize(const DistanceField& field, const ScanBuffer& scan, in
   const Pose pose = toPose(T_map_sensor, scan.centroid());
   const auto squared = [](double v) { return static_cast<float>(v * v); };
   const KernelConstants constants{squared(model.scale), model.robust ? 1.0f : 0.0f,
-                                  squared(model.inlier_distance), kScoreScale * kScoreScale,
+                                  squared(model.inlier_distance), squared(model.score_scale),
                                   model.limit_gradient ? 1.0f : 0.0f};
   NormalEquations out;
   Chunk chunk;

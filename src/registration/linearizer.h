@@ -15,6 +15,7 @@ struct ResidualModel {
   bool robust = true;             ///< Geman-McClure; false: plain least squares (the paper)
   double scale = 0.1;             ///< Geman-McClure scale [m]
   double inlier_distance = 0.05;  ///< [m]
+  double score_scale = 0.03;      ///< of the score [m]
   bool limit_gradient = true;     ///< to unit length: |grad SDF| = 1 by definition, longer ones are artefacts
 };
 
@@ -23,7 +24,7 @@ struct NormalEquations {
   Matrix6d H = Matrix6d::Zero();
   Vector6d g = Vector6d::Zero();  ///< gradient of the cost: the step solves H xi = -g
   double cost = 0.0;              ///< sum of the loss of valid points, in [0, 1] each if robust
-  double score = 0.0;             ///< sum of r^2 / (r^2 + 3 cm^2) of valid points
+  double score = 0.0;             ///< sum of r^2 / (r^2 + score_scale^2) of valid points
   double inlier_squares = 0.0;    ///< sum of r^2 of inliers
   double squares = 0.0;           ///< sum of r^2 of valid points
   double weight = 0.0;            ///< sum of the robust weights of valid points

@@ -7,6 +7,7 @@
 
 #include "minimizer.h"
 #include "result.h"
+#include "ttsdf_localization/field/long_range_field.h"
 #include "uncertainty.h"
 
 namespace ttsdf {
@@ -59,6 +60,8 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
                "A direction with less of the information keeps the prior and is reported as weak")
           .add("weak_sigma", &O::weak_sigma, 0.01, 100.0, "m",
                "Standard deviation reported for weak directions")
+          .add("long_range", &O::long_range,
+               "Pull scans in by a coarse distance field made when the map is loaded")
           .add("min_points", &O::min_points, 6, 100000, "", "Fewer usable points are refused")
           .add("max_points", &O::max_points, 6, 10000000, "", "More points are sub-sampled evenly");
   return table;
@@ -75,6 +78,7 @@ class Registration::Impl {
           "registration: got kernel_scale_end " + std::to_string(options_.kernel_scale_end) +
           " m, wanted at most kernel_scale_start (" + std::to_string(options_.kernel_scale_start) + " m)");
     }
+    if (options_.long_range && options_.method == "robust") long_range_ = makeLongRangeField(*field_);
   }
 
   RegistrationResult align(const ScanPoints& points, const Eigen::Isometry3d& T_prior) {
@@ -97,6 +101,7 @@ class Registration::Impl {
 
   const RegistrationOptions& options() const { return options_; }
   const DistanceField& field() const { return *field_; }
+  const DistanceField* longRangeField() const { return long_range_.get(); }
 
  private:
   ResidualModel model(double scale) const {
@@ -129,8 +134,8 @@ class Registration::Impl {
   /// on a part of the points.
   void solveRobust(const Eigen::Isometry3d& T_prior, RegistrationResult& result) {
     const int coarse = scan_.prefix(kCoarsePoints);
-    const NormalEquations start =
-        linearize(*field_, scan_, coarse, T_prior, model(options_.kernel_scale_end));
+    const DistanceField& wide = long_range_ ? *long_range_ : *field_;
+    const NormalEquations start = linearize(wide, scan_, coarse, T_prior, model(options_.kernel_scale_end));
     if (start.valid < options_.min_known_ratio * coarse) {
       report(start, T_prior, result);
       result.iterations = 1;
@@ -150,7 +155,8 @@ class Registration::Impl {
       stage.rotation_epsilon = kStageEpsilon * scale / std::max(scan_.radius(), 0.1);
       stage.translation_epsilon = kStageEpsilon * scale;
       stage.cost_epsilon = 0.01;
-      const StageResult stage_result = levenbergMarquardt(*field_, scan_, T, stage);
+      const DistanceField& stage_field = scale > kLongRangeScale ? wide : *field_;
+      const StageResult stage_result = levenbergMarquardt(stage_field, scan_, T, stage);
       T = stage_result.T_map_sensor;
       iterations += stage_result.iterations;
     }
@@ -195,10 +201,11 @@ class Registration::Impl {
   static constexpr int kStageIterations = 12;
   static constexpr double kScalePerRms = 2.0;
   static constexpr double kScaleFactor = 0.5;
-  static constexpr double kStageEpsilon = 0.02;  // a stage ends when a step is this share of its scale
-  static constexpr double kClusterSize = 0.3;    // [m]
+  static constexpr double kStageEpsilon = 0.02;   // a stage ends when a step is this share of its scale
+  static constexpr double kLongRangeScale = 0.1;  // [m] wider kernels look at the coarse far field
+  static constexpr double kClusterSize = 0.3;     // [m]
 
-  std::shared_ptr<const DistanceField> field_;
+  std::shared_ptr<const DistanceField> field_, long_range_;
   RegistrationOptions options_;
   ScanBuffer scan_;
 };
@@ -214,5 +221,6 @@ RegistrationResult Registration::align(const ScanPoints& points,
 }
 const RegistrationOptions& Registration::options() const { return impl_->options(); }
 const DistanceField& Registration::field() const { return impl_->field(); }
+const DistanceField* Registration::longRangeField() const { return impl_->longRangeField(); }
 
 }  // namespace ttsdf

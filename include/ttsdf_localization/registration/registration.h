@@ -1,12 +1,11 @@
 #pragma once
 // Registration of a scan against a distance field: min over T of sum rho(f(T p_i)) (paper, section III-B).
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include <Eigen/Geometry>
 
 #include "ttsdf_localization/field/distance_field.h"
 #include "ttsdf_localization/geometry/se3.h"
@@ -15,20 +14,20 @@
 namespace ttsdf {
 
 enum class TerminationReason : std::uint8_t {
-  kConverged,        ///< step and cost below their thresholds
+  kConverged,  ///< step and cost below their thresholds
   kMaxIterations,
-  kTooFewPoints,     ///< fewer usable points than min_points
-  kOutsideMap,       ///< nearly every point outside the map or in unknown space
-  kDegenerate,       ///< the system could not be solved
-  kAmbiguous,        ///< global: two places look alike
-  kLowScore,         ///< search, global: no start explained the scan
+  kTooFewPoints,  ///< fewer usable points than min_points
+  kOutsideMap,    ///< nearly every point outside the map or in unknown space
+  kDegenerate,    ///< the system could not be solved
+  kAmbiguous,     ///< global: two places look alike
+  kLowScore,      ///< search, global: no start explained the scan
   kCancelled,
 };
 
 const char* name(TerminationReason reason);  ///< "converged", "max_iterations", ...
 
 struct RegistrationOptions {
-  std::string method = "robust";   ///< "robust" (Levenberg-Marquardt) or "gauss_newton" (as in the paper)
+  std::string method = "robust";  ///< "robust" (Levenberg-Marquardt) or "gauss_newton" (as in the paper)
   int max_iterations = 40;
   double rotation_epsilon = 1e-4;     ///< stop when a step turns less [rad] ...
   double translation_epsilon = 1e-4;  ///< ... and moves less [m]
@@ -36,34 +35,38 @@ struct RegistrationOptions {
   double kernel_scale_start = 0.3;    ///< Geman-McClure scale of the first iterations [m]
   double kernel_scale_end = 0.05;     ///< and of the last ones [m]
   double inlier_distance = 0.05;      ///< |f| below this is an inlier [m]
-  double min_inlier_ratio = 0.4;   ///< of the points in known space; fewer is no success
-  double min_known_ratio = 0.2;    ///< share of points in known space that is needed
-  double weak_threshold = 0.01;    ///< directions with less information keep the prior (and are reported as weak)
-  double weak_sigma = 1.0;         ///< standard deviation reported for them [m] (rotation: over the scan's radius)
+  double min_inlier_ratio = 0.4;      ///< of the points in known space; fewer is no success
+  double min_known_ratio = 0.2;       ///< share of points in known space that is needed
+  double weak_threshold =
+      0.01;                 ///< directions with less information keep the prior (and are reported as weak)
+  double weak_sigma = 1.0;  ///< standard deviation reported for them [m] (rotation: over the scan's radius)
+  bool long_range = true;   ///< pull scans in by a coarse distance field made from the map when it is loaded
   int min_points = 50;
-  int max_points = 4500;           ///< more points are sub-sampled evenly
+  int max_points = 4500;  ///< more points are sub-sampled evenly
 };
 const OptionTable<RegistrationOptions>& registrationOptionTable();
 
 struct RegistrationResult {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   TerminationReason reason = TerminationReason::kTooFewPoints;
-  bool success = false;             ///< the estimate may be used (converged and explains the scan)
+  bool success = false;  ///< the estimate may be used (converged and explains the scan)
   int iterations = 0;
-  int points = 0;                   ///< points used
-  double rms_residual = 0.0;        ///< of the inliers [m]
-  double inlier_ratio = 0.0;        ///< inliers / points in known space
-  double outside_ratio = 0.0;       ///< points outside the box / points
-  double unknown_ratio = 0.0;       ///< points in unknown space / points
-  double score = 1.0;               ///< mean r^2 / (r^2 + s^2), s = 3 cm; unknown 0.7, outside 1 (0 is perfect)
-  double runner_up_score = 1.0;     ///< global: of the best distinct other place
+  int points = 0;                ///< points used
+  double rms_residual = 0.0;     ///< of the inliers [m]
+  double inlier_ratio = 0.0;     ///< inliers / points in known space
+  double outside_ratio = 0.0;    ///< points outside the box / points
+  double unknown_ratio = 0.0;    ///< points in unknown space / points
+  double score = 1.0;            ///< mean r^2 / (r^2 + s^2), s = 3 cm; unknown 0.7, outside 1 (0 is perfect)
+  double runner_up_score = 1.0;  ///< global: of the best distinct other place
   Eigen::Isometry3d T_map_runner_up = Eigen::Isometry3d::Identity();
-  Matrix6d covariance = Matrix6d::Zero();  ///< of the left perturbation [rotation; translation] about the sensor's position
-  /// Information per direction, rising: mean square change of residual per metre the points move (1: every point
-  /// sees it). Rotations are scaled by the scan's radius; columns of the eigenvectors are [rotation * radius; translation].
+  Matrix6d covariance =
+      Matrix6d::Zero();  ///< of the left perturbation [rotation; translation] about the sensor's position
+  /// Information per direction, rising: mean square change of residual per metre the points move (1: every
+  /// point sees it). Rotations are scaled by the scan's radius; columns of the eigenvectors are [rotation *
+  /// radius; translation].
   Vector6d hessian_eigenvalues = Vector6d::Zero();
   Matrix6d hessian_eigenvectors = Matrix6d::Identity();
-  int weak_directions = 0;          ///< eigenvalues without information, from the smallest
+  int weak_directions = 0;  ///< eigenvalues without information, from the smallest
   double milliseconds = 0.0;
 };
 
@@ -72,7 +75,8 @@ using ScanPoints = Eigen::Matrix3Xf;
 
 class Registration {
  public:
-  /// The field is shared and must outlive nothing: it is kept alive here. Throws std::invalid_argument for bad options.
+  /// The field is shared and must outlive nothing: it is kept alive here. Throws std::invalid_argument for
+  /// bad options.
   Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options = {});
   ~Registration();
   Registration(Registration&&) noexcept;
@@ -83,6 +87,8 @@ class Registration {
 
   const RegistrationOptions& options() const;
   const DistanceField& field() const;
+  /// The coarse far field (null if the map shows no surface or `long_range` is off).
+  const DistanceField* longRangeField() const;
 
  private:
   class Impl;

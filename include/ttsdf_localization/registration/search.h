@@ -13,19 +13,19 @@ struct SearchOptions {
   double translation_sigma = 0.5;  ///< spread of the starts around the prior [m]
   double rotation_sigma = 0.15;    ///< [rad]
   int coarse_points = 360;
-  int coarse_iterations = 12;
-  int refined = 5;                 ///< best starts refined on all points
+  int refined = 5;  ///< best starts refined on all points
   int seed = 1;
 };
 const OptionTable<SearchOptions>& searchOptionTable();
 
 struct GlobalOptions {
-  int starts = 8000;
+  int starts = 8000;  ///< with gravity known
+  int starts_without_gravity = 60000;
   int coarse_points = 300;
   int refined = 40;
-  double tilt_sigma = 0.1;         ///< trust in the gravity hint [rad]
-  double min_margin = 0.02;        ///< score of the runner-up must be worse by this much
-  double max_score = 0.45;         ///< a worse best score is refused
+  double tilt_sigma = 0.1;   ///< trust in the gravity hint [rad]
+  double min_margin = 0.02;  ///< score of the runner-up must be worse by this much
+  double max_score = 0.45;   ///< a worse best score is refused
   double max_seconds = 20.0;
   int threads = 2;
   int seed = 1;
@@ -35,7 +35,8 @@ const OptionTable<GlobalOptions>& globalOptionTable();
 /// Called with the share done [0, 1]; returns false to cancel.
 using ProgressCallback = std::function<bool(double)>;
 
-/// Best of many starts around the prior. `covariance` ([rotation; translation], optional) replaces the option's sigmas.
+/// Best of many starts around the prior. `covariance` ([rotation; translation], optional) replaces the
+/// option's sigmas.
 RegistrationResult searchNear(Registration& registration, const ScanPoints& points,
                               const Eigen::Isometry3d& T_map_sensor_prior, const SearchOptions& options,
                               const std::optional<Matrix6d>& covariance = std::nullopt);
@@ -43,7 +44,8 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
 /// No prior at all. `gravity`: the down direction in the sensor frame; `map_down`: in the map frame.
 /// reason kAmbiguous or kLowScore and success false when the answer cannot be trusted.
 RegistrationResult localizeGlobally(Registration& registration, const ScanPoints& points,
-                                    const std::optional<Eigen::Vector3d>& gravity, const Eigen::Vector3d& map_down,
-                                    const GlobalOptions& options, const ProgressCallback& progress = {});
+                                    const std::optional<Eigen::Vector3d>& gravity,
+                                    const Eigen::Vector3d& map_down, const GlobalOptions& options,
+                                    const ProgressCallback& progress = {});
 
 }  // namespace ttsdf

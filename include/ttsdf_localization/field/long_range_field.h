@@ -1,0 +1,21 @@
+#pragma once
+// The far field, made again when a map is loaded: a map stores distances exactly near the surface and clamps them
+// further out (that is where the bytes go), and a coarse grid of distances to the surface that the map itself describes
+// pulls scans in from metres away.
+
+#include <memory>
+
+#include "ttsdf_localization/field/dense_distance_field.h"
+
+namespace ttsdf {
+
+struct LongRangeOptions {
+  double spacing_voxels = 4.0;       ///< grid spacing in voxels of the map
+  std::size_t max_samples = 4000000; ///< the spacing grows until the coarse grid has at most so many
+};
+
+/// Dense coarse field: |value| = distance to the nearest foot point of the map's zero level [m], sign of the map, states
+/// as the map's. Exact to about a voxel; cost about 1 us per coarse sample. Returns null if the map shows no surface.
+std::shared_ptr<const DenseDistanceField> makeLongRangeField(const DistanceField& field, const LongRangeOptions& options = {});
+
+}  // namespace ttsdf

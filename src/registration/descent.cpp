@@ -1,0 +1,84 @@
+#include "descent.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+#include "result.h"
+
+namespace ttsdf {
+
+namespace {
+
+constexpr double kDamping =
+    1e-3;  // share of the weight added to the diagonal: keeps free directions in place
+
+Vector6d dampedStep(const NormalEquations& e, double radius) {
+  Matrix6d H = e.H;
+  const double translation = kDamping * e.weight + 1e-9;
+  H.diagonal().head<3>().array() += translation * std::max(radius * radius, 1e-6);
+  H.diagonal().tail<3>().array() += translation;
+  return H.ldlt().solve(-e.g);
+}
+
+}  // namespace
+
+Candidate descend(const DistanceField& field, const ScanBuffer& scan, const Eigen::Isometry3d& T_start,
+                  const DescentOptions& options) {
+  Candidate candidate{T_start, 1.0};
+  ResidualModel model;
+  model.score_scale = options.score_scale;
+  for (const double scale : options.scales) {
+    model.scale = scale;
+    const NormalEquations e = linearize(field, scan, scan.size(), candidate.T_map_sensor, model);
+    if (e.valid < 6) return candidate;
+    const Vector6d xi = dampedStep(e, scan.radius());
+    if (!xi.allFinite()) return candidate;
+    candidate.T_map_sensor = retract(candidate.T_map_sensor, scan.centroid(), xi);
+  }
+  candidate.score = score(linearize(field, scan, scan.size(), candidate.T_map_sensor, model));
+  return candidate;
+}
+
+std::vector<Candidate> descendAll(const DistanceField& field, const ScanBuffer& scan,
+                                  const std::vector<Eigen::Isometry3d>& starts, const DescentOptions& options,
+                                  const std::function<bool(std::size_t)>& keep_going) {
+  constexpr std::size_t kBatch = 16;  // starts a thread takes at a time
+  std::vector<Candidate> results(starts.size());
+  std::atomic<std::size_t> next{0};
+  std::atomic<bool> stop{false};
+  const auto work = [&](bool asks) {
+    while (!stop) {
+      const std::size_t begin = next.fetch_add(kBatch);
+      if (begin >= starts.size()) return;
+      for (std::size_t n = begin; n < std::min(starts.size(), begin + kBatch); ++n) {
+        results[n] = descend(field, scan, starts[n], options);
+      }
+      if (asks && keep_going && !keep_going(begin)) stop = true;
+    }
+  };
+  std::vector<std::thread> helpers;
+  for (int t = 1; t < options.threads; ++t) helpers.emplace_back(work, false);
+  work(true);
+  for (auto& helper : helpers) helper.join();
+  return results;
+}
+
+std::vector<Candidate> bestDistinct(std::vector<Candidate> candidates, std::size_t count, double distance,
+                                    double angle) {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
+  std::vector<Candidate> kept;
+  for (const Candidate& candidate : candidates) {
+    if (kept.size() >= count) break;
+    const bool seen = std::any_of(kept.begin(), kept.end(), [&](const Candidate& k) {
+      const PoseError e = poseError(k.T_map_sensor, candidate.T_map_sensor);
+      return e.translation < distance && e.rotation < angle;
+    });
+    if (!seen) kept.push_back(candidate);
+  }
+  return kept;
+}
+
+}  // namespace ttsdf

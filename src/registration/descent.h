@@ -1,0 +1,37 @@
+#pragma once
+// The cheap descent of multi-start search: few points, a fixed number of damped Gauss-Newton steps, no
+// bookkeeping.
+
+#include <functional>
+#include <vector>
+
+#include "linearizer.h"
+
+namespace ttsdf {
+
+struct Candidate {
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  double score = 1.0;
+};
+
+struct DescentOptions {
+  std::vector<double> scales;  ///< Geman-McClure scale of every step [m]
+  double score_scale = 0.05;   ///< scale of the final score [m]
+  int threads = 1;
+};
+
+/// One descent.
+Candidate descend(const DistanceField& field, const ScanBuffer& scan, const Eigen::Isometry3d& T_start,
+                  const DescentOptions& options);
+
+/// Every start; results in the order of the starts whatever the number of threads. `keep_going(done)` is
+/// asked now and then by the calling thread; false ends early, the starts not reached keep score 1.
+std::vector<Candidate> descendAll(const DistanceField& field, const ScanBuffer& scan,
+                                  const std::vector<Eigen::Isometry3d>& starts, const DescentOptions& options,
+                                  const std::function<bool(std::size_t)>& keep_going = {});
+
+/// The best `count` candidates by score, none within `distance` [m] and `angle` [rad] of a better one.
+std::vector<Candidate> bestDistinct(std::vector<Candidate> candidates, std::size_t count, double distance,
+                                    double angle);
+
+}  // namespace ttsdf

@@ -1,0 +1,70 @@
+#include "ttsdf_localization/registration/search.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "descent.h"
+#include "start_poses.h"
+
+namespace ttsdf {
+
+const OptionTable<SearchOptions>& searchOptionTable() {
+  using O = SearchOptions;
+  static const OptionTable<O> table =
+      OptionTable<O>()
+          .add("starts", &O::starts, 1, 100000, "", "Starts around the prior")
+          .add("translation_sigma", &O::translation_sigma, 0.0, 100.0, "m",
+               "Spread of the starts around the prior")
+          .add("rotation_sigma", &O::rotation_sigma, 0.0, 3.2, "rad", "Spread of the starts around the prior")
+          .add("coarse_points", &O::coarse_points, 6, 100000, "", "Points of the cheap descents")
+          .add("refined", &O::refined, 1, 1000, "", "Best starts that are refined on all points")
+          .add("seed", &O::seed, 0, 2147483647, "", "Seed of the starts");
+  return table;
+}
+
+RegistrationResult searchNear(Registration& registration, const ScanPoints& points,
+                              const Eigen::Isometry3d& T_map_sensor_prior, const SearchOptions& options,
+                              const std::optional<Matrix6d>& covariance) {
+  const auto begin = std::chrono::steady_clock::now();
+  searchOptionTable().validate(options);
+  ScanBuffer scan;
+  scan.assign(points, options.coarse_points);
+  if (scan.size() < 6 || !T_map_sensor_prior.matrix().allFinite())
+    return registration.align(points, T_map_sensor_prior);
+
+  Matrix6d spread = Matrix6d::Zero();
+  spread.diagonal().head<3>().setConstant(options.rotation_sigma * options.rotation_sigma);
+  spread.diagonal().tail<3>().setConstant(options.translation_sigma * options.translation_sigma);
+  const auto starts =
+      startsAround(T_map_sensor_prior, covariance.value_or(spread), options.starts, options.seed);
+
+  const DistanceField& coarse =
+      registration.longRangeField() ? *registration.longRangeField() : registration.field();
+  DescentOptions wide;
+  wide.scales = {0.5, 0.5, 0.5, 0.5, 0.3, 0.3, 0.3, 0.15, 0.15, 0.15};
+  wide.score_scale = 0.08;
+  auto candidates = bestDistinct(descendAll(coarse, scan, starts, wide),
+                                 static_cast<std::size_t>(3 * options.refined), 0.05, 0.05);
+  // A second look in the fine field decides which ones deserve all points.
+  std::vector<Eigen::Isometry3d> middle;
+  for (const Candidate& c : candidates) middle.push_back(c.T_map_sensor);
+  DescentOptions narrow;
+  narrow.scales = {0.15, 0.1, 0.1};
+  candidates = bestDistinct(descendAll(registration.field(), scan, middle, narrow),
+                            static_cast<std::size_t>(options.refined), 0.03, 0.03);
+
+  RegistrationResult best;
+  best.T_map_sensor = T_map_sensor_prior;
+  int iterations = static_cast<int>(starts.size() * wide.scales.size());
+  for (const Candidate& c : candidates) {
+    const RegistrationResult refined = registration.align(points, c.T_map_sensor);
+    iterations += refined.iterations;
+    if (refined.score < best.score) best = refined;
+  }
+  best.iterations = iterations;
+  best.milliseconds =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return best;
+}
+
+}  // namespace ttsdf
