@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "ttsdf_localization/mapping/depth_image.h"
 
 namespace ttsdf {

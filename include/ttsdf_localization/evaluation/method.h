@@ -1,0 +1,71 @@
+#pragma once
+// What the evaluation compares: anything that turns a scan and a prior into a pose.
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "ttsdf_localization/registration/search.h"
+#include "ttsdf_localization/tensor/tensor_train.h"
+
+namespace ttsdf {
+
+struct Estimate {
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  bool accepted = false;  ///< the method itself says that the estimate may be used
+  int iterations = 0;
+  std::string reason;
+};
+
+class Method {
+ public:
+  virtual ~Method() = default;
+  /// `gravity`: the down direction in the sensor frame, for those who can use it. Everything done per scan
+  /// belongs in here: the call is what gets timed.
+  virtual Estimate estimate(const ScanPoints& points, const Eigen::Isometry3d& T_map_prior,
+                            const std::optional<Eigen::Vector3d>& gravity) = 0;
+  /// Bytes of the map as the paper counts them (section V, Metrics).
+  virtual std::size_t paperBytes() const = 0;
+  /// Bytes of the map as it lies in memory here, search structures and caches included as far as they are
+  /// known.
+  virtual std::size_t memoryBytes() const = 0;
+};
+
+/// Returns the prior: the floor of every comparison, and the check of the evaluation itself.
+std::unique_ptr<Method> makePriorMethod();
+
+/// One start from the prior.
+std::unique_ptr<Method> makeTrackMethod(std::shared_ptr<const DistanceField> field,
+                                        const RegistrationOptions& options);
+/// Many starts around the prior.
+std::unique_ptr<Method> makeSearchMethod(std::shared_ptr<const DistanceField> field,
+                                         const RegistrationOptions& options, const SearchOptions& search);
+/// The whole map; the prior is not used. `map_down`: the down direction in the map frame.
+std::unique_ptr<Method> makeGlobalMethod(std::shared_ptr<const DistanceField> field,
+                                         const RegistrationOptions& options, const GlobalOptions& global,
+                                         const Eigen::Vector3d& map_down);
+
+/// Settings of the point cloud baselines; the defaults are the best found on the red kitchen.
+struct CloudMethodOptions {
+  double max_correspondence_distance = 1.0;  ///< [m]
+  int max_iterations = 50;
+  double epsilon = 1e-4;        ///< change of the transform below which they stop
+  int normal_neighbours = 20;   ///< plane fits: normals and GICP covariances
+  double ndt_resolution = 0.5;  ///< NDT's cell [m]
+  double ndt_step = 0.1;        ///< NDT's largest line search step [m]
+};
+const OptionTable<CloudMethodOptions>& cloudMethodOptionTable();
+
+/// PCL's registration against a map cloud [m]: kind "icp" (point to point), "icp_plane", "gicp" or "ndt".
+/// Throws std::invalid_argument for another kind or an empty cloud.
+std::unique_ptr<Method> makeCloudMethod(const std::string& kind, const Eigen::Matrix3Xf& map_cloud,
+                                        const CloudMethodOptions& options = {});
+
+/// Bytes of a field of dims x floats (the paper's W x H x L).
+std::size_t densePaperBytes(const Dims& dims);
+/// The paper's formula takes one rank R = max(r1, r2): (n1 R + n2 R^2 + n3 R) floats in chain order.
+std::size_t tensorTrainPaperBytes(const TensorTrain& train);
+/// N x 3 floats.
+std::size_t cloudPaperBytes(std::size_t points);
+
+}  // namespace ttsdf

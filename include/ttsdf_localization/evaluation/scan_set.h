@@ -1,0 +1,41 @@
+#pragma once
+// Scans with their true poses, from whatever holds them.
+
+#include <string>
+#include <vector>
+
+#include "ttsdf_localization/mapping/frame_folder.h"
+#include "ttsdf_localization/registration/registration.h"
+
+namespace ttsdf {
+
+struct EvaluationScan {
+  std::string name;
+  int index = 0;                                                   ///< seeds the perturbations
+  ScanPoints points;                                               ///< sensor frame [m]
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();  ///< the truth
+};
+
+struct ScanSet {
+  std::vector<EvaluationScan> scans;
+  std::vector<std::string> skipped;  ///< why a frame could not be used
+};
+
+struct FrameSelection {
+  int every = 10;
+  int offset = 5;          ///< frames with index % every == offset
+  int stride = 8;          ///< every 8th pixel in both directions
+  double min_depth = 0.2;  ///< [m]
+  double max_depth = 4.0;  ///< [m]
+};
+
+/// Unreadable frames are skipped and listed. Throws std::runtime_error if no frame is left.
+ScanSet scansFromFrames(const FrameFolder& folder, const FrameSelection& selection);
+
+/// The paper's point cloud map: the selected frames' points in the map frame, averaged per cell of
+/// `cell_size` [m]. Frames are read with the selection's stride. Throws std::runtime_error if no frame is
+/// left.
+Eigen::Matrix3Xf mapCloudFromFrames(const FrameFolder& folder, const FrameSelection& selection,
+                                    double cell_size);
+
+}  // namespace ttsdf

@@ -1,0 +1,35 @@
+#include "ttsdf_localization/tools/json_file.h"
+
+#include <json/reader.h>
+#include <json/writer.h>
+
+#include <fstream>
+#include <memory>
+#include <stdexcept>
+
+namespace ttsdf {
+
+Json::Value parseJson(const std::string& text, const std::string& what) {
+  Json::Value root;
+  std::string errors;
+  const std::unique_ptr<Json::CharReader> reader(Json::CharReaderBuilder().newCharReader());
+  if (!reader->parse(text.data(), text.data() + text.size(), &root, &errors)) {
+    throw std::runtime_error(what + ": got no valid JSON: " + errors);
+  }
+  return root;
+}
+
+std::string toText(const Json::Value& value) {
+  Json::StreamWriterBuilder builder;
+  builder["indentation"] = "  ";
+  builder["precision"] = 9;
+  return Json::writeString(builder, value) + "\n";
+}
+
+void writeJson(const std::string& path, const Json::Value& value) {
+  std::ofstream out(path);
+  out << toText(value);
+  if (!out.flush()) throw std::runtime_error("'" + path + "': cannot write");
+}
+
+}  // namespace ttsdf

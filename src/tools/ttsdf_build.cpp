@@ -1,0 +1,131 @@
+// From depth frames, a mesh or a .vdb file to a compressed map.
+
+#include <json/json.h>
+
+#include <chrono>
+#include <fstream>
+#include <iostream>
+
+#include "ttsdf_localization/mapping/frame_folder.h"
+#include "ttsdf_localization/mapping/map_builder.h"
+#include "ttsdf_localization/tools/command_line.h"
+#include "ttsdf_localization/tools/json_file.h"
+#include "ttsdf_localization/tools/progress.h"
+
+namespace {
+
+struct Arguments {
+  std::string frames, mesh, vdb, output, report, save_vdb;
+  double depth_scale = 1000.0, scale = 1.0;
+  int every = 10, offset = 0;
+  ttsdf::FusionOptions fusion;
+  ttsdf::BuildOptions build;
+};
+
+struct Source {
+  std::size_t frames = 0;
+  std::vector<std::string> skipped;
+  double seconds = 0.0;
+};
+
+void declare(ttsdf::CommandLine& line, Arguments& a) {
+  line.value("frames", "DIR", a.frames,
+             "Folder with frame-NNNNNN.depth.png (16 bit), frame-NNNNNN.pose.txt (4x4 row-major "
+             "camera-to-world) and "
+             "camera-intrinsics.txt (3x3).")
+      .value("mesh", "FILE", a.mesh, "Mesh: .ply, .obj or .off.")
+      .value("vdb", "FILE", a.vdb, "Level set or truncated signed distance grid (OpenVDB).")
+      .value("output", "MAP.ttsdf", a.output, "The map.")
+      .value("report", "REPORT.json", a.report, "Figures of the build.")
+      .value("save-vdb", "FILE", a.save_vdb, "Keeps the uncompressed truncated signed distance volume.")
+      .value("depth-scale", "N", a.depth_scale, "Units of the depth images per metre.")
+      .value("every", "N", a.every, "Takes the frames whose index % N is the offset.")
+      .value("offset", "M", a.offset, "See --every.")
+      .value("scale", "S", a.scale, "Metres per unit of the mesh.")
+      .options("fusion", ttsdf::fusionOptionTable(), a.fusion)
+      .options("build", ttsdf::buildOptionTable(), a.build);
+}
+
+void check(const Arguments& a) {
+  const int sources = !a.frames.empty() + !a.mesh.empty() + !a.vdb.empty();
+  if (sources != 1) {
+    throw ttsdf::UsageError("got " + std::to_string(sources) +
+                            " sources, wanted one of --frames, --mesh, --vdb");
+  }
+  if (a.output.empty()) throw ttsdf::UsageError("--output is missing");
+  if (a.every < 1 || a.offset < 0 || a.offset >= a.every) {
+    throw ttsdf::UsageError("got --every " + std::to_string(a.every) + " --offset " +
+                            std::to_string(a.offset) + ", wanted 0 <= offset < every");
+  }
+  if (!(a.depth_scale > 0.0)) throw ttsdf::UsageError("--depth-scale: wanted a number above 0");
+  if (!(a.scale > 0.0)) throw ttsdf::UsageError("--scale: wanted a number above 0");
+}
+
+ttsdf::TsdfVolume fuseFrames(const Arguments& a, ttsdf::Progress& progress, Source& source) {
+  const ttsdf::FrameFolder folder(a.frames, a.depth_scale);
+  const auto selected = folder.select(a.every, a.offset);
+  ttsdf::TsdfVolume volume(a.fusion);
+  for (std::size_t n = 0; n < selected.size(); ++n) {
+    progress.update("fusing frames", static_cast<double>(n) / static_cast<double>(selected.size()));
+    try {
+      const auto T_map_camera = folder.pose(selected[n]);
+      volume.integrate(folder.depth(selected[n]), folder.intrinsics(), T_map_camera);
+      ++source.frames;
+    } catch (const std::exception& error) {
+      progress.note(std::string("ttsdf_build: warning: frame skipped: ") + error.what());
+      source.skipped.emplace_back(error.what());
+    }
+  }
+  if (source.frames == 0) {
+    throw std::runtime_error("frames folder '" + a.frames + "': got no usable frame with index % " +
+                             std::to_string(a.every) + " == " + std::to_string(a.offset) + " (" +
+                             std::to_string(source.skipped.size()) + " skipped), wanted at least one");
+  }
+  return volume;
+}
+
+ttsdf::TsdfVolume loadVolume(const Arguments& a, ttsdf::Progress& progress, Source& source) {
+  const auto start = std::chrono::steady_clock::now();
+  auto volume =
+      a.vdb.empty() ? fuseFrames(a, progress, source) : ttsdf::TsdfVolume::fromVdbFile(a.vdb, a.fusion);
+  source.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return volume;
+}
+
+Json::Value report(const ttsdf::BuiltMap& built, const Source& source) {
+  Json::Value root = ttsdf::parseJson(ttsdf::toJson(built.report), "build report");
+  root["frames_used"] = static_cast<Json::UInt64>(source.frames);
+  root["frames_skipped"] = static_cast<Json::UInt64>(source.skipped.size());
+  root["skipped"] = Json::arrayValue;
+  for (const auto& reason : source.skipped) root["skipped"].append(reason);
+  root["seconds"]["read_and_fuse"] = source.seconds;
+  root["map_id"] = ttsdf::fileInfo(built.bytes.data(), built.bytes.size()).map_id;
+  return root;
+}
+
+int run(int argc, char** argv) {
+  Arguments a;
+  ttsdf::CommandLine line("ttsdf_build",
+                          "(--frames DIR | --mesh FILE | --vdb FILE) --output MAP.ttsdf [options]",
+                          "Builds a compressed map.");
+  declare(line, a);
+  if (!line.parse(argc, argv, std::cout)) return 0;
+  check(a);
+  ttsdf::Progress progress;
+  Source source;
+  const auto volume = loadVolume(a, progress, source);
+  if (!a.save_vdb.empty()) volume.saveVdb(a.save_vdb);
+  const auto built = ttsdf::buildMap(volume, a.build, [&progress](const std::string& step, double share) {
+    progress.update(step, share);
+    return true;
+  });
+  ttsdf::writeFileAtomically(a.output, built.bytes);
+  if (!a.report.empty()) ttsdf::writeJson(a.report, report(built, source));
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return ttsdf::runTool("ttsdf_build", [&] { return run(argc, argv); });
+}

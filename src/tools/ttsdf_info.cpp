@@ -1,0 +1,148 @@
+// What a map holds.
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <iostream>
+
+#include "ttsdf_localization/map/map_io.h"
+#include "ttsdf_localization/tools/command_line.h"
+#include "ttsdf_localization/tools/json_file.h"
+#include "ttsdf_localization/tools/spectra.h"
+
+namespace {
+
+constexpr const char* kPlotScript = "plot_map";
+
+Json::Value toJson(const Eigen::Ref<const Eigen::VectorXd>& numbers) {
+  Json::Value list(Json::arrayValue);
+  for (const double number : numbers) list.append(number);
+  return list;
+}
+
+Json::Value toJson(const std::vector<double>& numbers) {
+  return toJson(Eigen::Map<const Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size())));
+}
+
+// The metadata are texts; those that are JSON themselves (the build report) go in as what they are.
+Json::Value metadata(const ttsdf::TtSdfMap& map) {
+  Json::Value root(Json::objectValue);
+  for (const auto& [key, text] : map.metadata) {
+    if (!text.empty() && text.front() == '{') {
+      root[key] = ttsdf::parseJson(text, "metadata '" + key + "'");
+    } else {
+      root[key] = text;
+    }
+  }
+  return root;
+}
+
+Json::Value describe(const ttsdf::TtSdfMap& map, const ttsdf::MapFileInfo& file, bool spectra) {
+  Json::Value root;
+  const auto& geometry = map.geometry;
+  root["dims"] = toJson(geometry.dims.cast<double>().matrix());
+  root["ranks"] = toJson(Eigen::Vector2d(map.train.rank1(), map.train.rank2()));
+  for (auto& number : root["dims"]) number = number.asInt();
+  for (auto& number : root["ranks"]) number = number.asInt();
+  root["axes"] = Json::arrayValue;
+  for (const int axis : map.train.axes()) root["axes"].append(std::string(1, "xyz"[axis]));
+  root["voxel_size"] = geometry.voxel_size;
+  root["origin"] = toJson(geometry.T_map_grid.translation());
+  root["rotation_xyzw"] = toJson(Eigen::Quaterniond(geometry.T_map_grid.linear()).coeffs());
+  root["frame_id"] = map.frame_id;
+  root["field"] = ttsdf::name(map.kind);
+  root["truncation"] = map.truncation;
+  root["clamp_negative"] = map.clamp_negative;
+  root["clamp_positive"] = map.clamp_positive;
+  root["encoding"] = ttsdf::name(file.encoding);
+  root["file_bytes"] = static_cast<Json::UInt64>(file.file_bytes);
+  root["memory_bytes"] = static_cast<Json::UInt64>(map.train.memoryBytes() + map.mask.memoryBytes());
+  root["dense_bytes"] = static_cast<Json::UInt64>(geometry.voxelCount() * sizeof(float));
+  root["supported_share"] = map.mask.empty() ? 1.0 : map.mask.supportedShare();
+  root["map_id"] = file.map_id;
+  root["metadata"] = metadata(map);
+  const auto& nested = root["metadata"];
+  root["build_report"] =
+      nested.isMember("build_report") ? nested["build_report"] : Json::Value(Json::objectValue);
+  root["metadata"].removeMember("build_report");
+  if (spectra) {
+    const auto values = ttsdf::spectra(map.train);
+    root["spectrum1"] = toJson(values.first);
+    root["spectrum2"] = toJson(values.second);
+  }
+  return root;
+}
+
+std::string plainText(const Json::Value& value) {
+  if (value.isString()) return value.asString();
+  std::string text;
+  if (value.isArray()) {
+    for (const auto& item : value) text += (text.empty() ? "" : " ") + plainText(item);
+    return text;
+  }
+  text = ttsdf::toText(value);
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  return text;
+}
+
+void printPlain(const Json::Value& root, const std::string& indent = "") {
+  for (const auto& key : root.getMemberNames()) {
+    const auto& value = root[key];
+    if (value.isObject()) {
+      if (value.empty()) continue;
+      std::cout << indent << key << ":\n";
+      printPlain(value, indent + "  ");
+    } else {
+      std::cout << indent << key << ": " << plainText(value) << '\n';
+    }
+  }
+}
+
+// The script lies beside the installed program, or in the source tree.
+std::string plotScript() {
+  namespace fs = std::filesystem;
+  const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
+  for (const fs::path& folder : {here, fs::path(TTSDF_SCRIPTS_DIR)}) {
+    if (fs::exists(folder / kPlotScript)) return (folder / kPlotScript).string();
+  }
+  throw std::runtime_error(std::string("plot: got no script '") + kPlotScript + "' in '" + here.string() +
+                           "' or '" + TTSDF_SCRIPTS_DIR + "'");
+}
+
+[[noreturn]] void plot(const std::string& map_path, const std::string& picture) {
+  const std::string script = plotScript();
+  const std::string tools = std::filesystem::read_symlink("/proc/self/exe").parent_path().string();
+  const char* const arguments[] = {script.c_str(), map_path.c_str(), "--output", picture.c_str(),
+                                   "--tools",      tools.c_str(),    nullptr};
+  std::cout.flush();
+  execv(script.c_str(), const_cast<char* const*>(arguments));
+  throw std::runtime_error("plot: cannot run '" + script + "'");
+}
+
+int run(int argc, char** argv) {
+  std::string map_path, picture;
+  bool json = false, spectra = false;
+  ttsdf::CommandLine line("ttsdf_info", "MAP.ttsdf [--json] [--plot FILE.png]", "Says what a map holds.");
+  line.positional("MAP.ttsdf", map_path)
+      .flag("json", json, "Prints one JSON object.")
+      .flag("spectra", spectra, "Also the singular values between the cores.")
+      .value("plot", "FILE.png", picture, "Draws slices, surface and spectra (needs python3-matplotlib).");
+  if (!line.parse(argc, argv, std::cout)) return 0;
+  const auto bytes = ttsdf::readFile(map_path);
+  const auto map = ttsdf::deserialize(bytes.data(), bytes.size());
+  const auto root = describe(map, ttsdf::fileInfo(bytes.data(), bytes.size()), spectra);
+  if (json) {
+    std::cout << ttsdf::toText(root);
+  } else {
+    printPlain(root);
+  }
+  if (!std::cout.flush()) throw std::runtime_error("standard output: cannot write");
+  if (!picture.empty()) plot(map_path, picture);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return ttsdf::runTool("ttsdf_info", [&] { return run(argc, argv); });
+}

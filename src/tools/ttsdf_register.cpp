@@ -1,0 +1,164 @@
+// Registers a list of scans against a map.
+
+#include <chrono>
+#include <fstream>
+#include <iostream>
+
+#include "ttsdf_localization/evaluation/method_factory.h"
+#include "ttsdf_localization/evaluation/statistics.h"
+#include "ttsdf_localization/map/map_io.h"
+#include "ttsdf_localization/mapping/frame_folder.h"
+#include "ttsdf_localization/tools/command_line.h"
+#include "ttsdf_localization/tools/progress.h"
+#include "ttsdf_localization/tools/scan_io.h"
+
+namespace {
+
+struct Arguments {
+  std::string map, batch, output, mode = "track", gravity, map_down, interpolation = "trilinear";
+  int repeat = 1;
+  bool dense = false;
+  ttsdf::RegistrationOptions registration;
+  ttsdf::SearchOptions search;
+  ttsdf::GlobalOptions global;
+};
+
+void declare(ttsdf::CommandLine& line, Arguments& a) {
+  line.value("map", "MAP.ttsdf", a.map, "The map.")
+      .value("batch", "LIST", a.batch,
+             "Per line: scan prior [truth]. Scan: .pcd, .ply or .bin (float32 x y z); prior and truth: text "
+             "files with a "
+             "4x4 row-major T_map_sensor. Names are relative to the working folder or to the list's.")
+      .value("output", "OUT.csv", a.output, "One row per line of the list.")
+      .value("mode", "MODE", a.mode,
+             "track: one start; search: many starts around the prior; global: no prior ('-').")
+      .value("gravity", "GX,GY,GZ", a.gravity, "Down direction in the sensor frame (mode global).")
+      .value("map-down", "X,Y,Z", a.map_down,
+             "Down direction in the map frame (mode global; default: what the map says, else 0,0,-1).")
+      .value("repeat", "N", a.repeat, "The time of a scan is the median of N registrations.")
+      .value("interpolation", "KIND", a.interpolation, "trilinear, or nearest as in the paper.")
+      .flag("dense", a.dense, "Uses the decompressed field, for comparison.")
+      .options("registration", ttsdf::registrationOptionTable(), a.registration)
+      .options("search", ttsdf::searchOptionTable(), a.search)
+      .options("global", ttsdf::globalOptionTable(), a.global);
+}
+
+void check(const Arguments& a) {
+  if (a.map.empty()) throw ttsdf::UsageError("--map is missing");
+  if (a.batch.empty()) throw ttsdf::UsageError("--batch is missing");
+  if (a.output.empty()) throw ttsdf::UsageError("--output is missing");
+  if (a.repeat < 1)
+    throw ttsdf::UsageError("--repeat: got " + std::to_string(a.repeat) + ", wanted at least 1");
+  if (a.mode != "track" && a.mode != "search" && a.mode != "global") {
+    throw ttsdf::UsageError("--mode: got '" + a.mode + "', wanted track, search or global");
+  }
+}
+
+Eigen::Vector3d direction(const std::string& flag, const std::string& text) {
+  const auto numbers = ttsdf::parseNumbers(flag, text, 3);
+  const Eigen::Vector3d result(numbers[0], numbers[1], numbers[2]);
+  if (!(result.norm() > 1e-9))
+    throw ttsdf::UsageError("--" + flag + ": got '" + text + "', wanted a direction");
+  return result.normalized();
+}
+
+/// One registration of the chosen mode.
+class Task {
+ public:
+  Task(const Arguments& a, const ttsdf::TtSdfMap& map)
+      : arguments_(a), registration_(makeField(a, map), a.registration) {
+    if (!a.gravity.empty()) gravity_ = direction("gravity", a.gravity);
+    const auto known = map.metadata.find("map_down");
+    if (!a.map_down.empty()) {
+      map_down_ = direction("map-down", a.map_down);
+    } else if (known != map.metadata.end()) {
+      map_down_ = direction("map-down", known->second);
+    }
+  }
+
+  ttsdf::RegistrationResult run(const ttsdf::ScanPoints& points, const Eigen::Isometry3d& T_map_prior) {
+    if (arguments_.mode == "global") {
+      return ttsdf::localizeGlobally(registration_, points, gravity_, map_down_, arguments_.global);
+    }
+    if (arguments_.mode == "search") {
+      return ttsdf::searchNear(registration_, points, T_map_prior, arguments_.search);
+    }
+    return registration_.align(points, T_map_prior);
+  }
+
+ private:
+  static std::shared_ptr<const ttsdf::DistanceField> makeField(const Arguments& a,
+                                                               const ttsdf::TtSdfMap& map) {
+    return ttsdf::makeEvaluationField(map, ttsdf::interpolationFromName(a.interpolation), a.dense);
+  }
+
+  const Arguments& arguments_;
+  ttsdf::Registration registration_;
+  std::optional<Eigen::Vector3d> gravity_;
+  Eigen::Vector3d map_down_{0.0, 0.0, -1.0};
+};
+
+ttsdf::RegistrationRow registerEntry(const Arguments& a, Task& task, const ttsdf::BatchEntry& entry) {
+  const auto path = [&a](const std::string& name) { return ttsdf::resolveBeside(a.batch, name); };
+  ttsdf::RegistrationRow row;
+  row.scan = entry.scan;
+  row.prior = entry.prior;
+  const auto points = ttsdf::readScan(path(entry.scan));
+  row.points = points.array().isFinite().colwise().all().count();
+  Eigen::Isometry3d T_map_prior = Eigen::Isometry3d::Identity();
+  if (a.mode != "global") T_map_prior = ttsdf::readPose(path(entry.prior));
+  std::optional<Eigen::Isometry3d> truth;
+  if (entry.truth) truth = ttsdf::readPose(path(*entry.truth));
+  std::vector<double> milliseconds;
+  for (int n = 0; n < a.repeat; ++n) {
+    const auto start = std::chrono::steady_clock::now();
+    row.result = task.run(points, T_map_prior);
+    milliseconds.push_back(
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  }
+  row.milliseconds = ttsdf::quantile(milliseconds, 0.5);
+  if (truth) row.error = ttsdf::poseError(*truth, row.result.T_map_sensor);
+  return row;
+}
+
+int run(int argc, char** argv) {
+  Arguments a;
+  ttsdf::CommandLine line("ttsdf_register", "--map MAP.ttsdf --batch LIST --output OUT.csv [options]",
+                          "Registers scans against a map.");
+  declare(line, a);
+  if (!line.parse(argc, argv, std::cout)) return 0;
+  check(a);
+  const auto entries = ttsdf::readBatch(a.batch);
+  Task task(a, ttsdf::loadMap(a.map));
+  std::ofstream out(a.output);
+  out << ttsdf::kRegistrationCsvHeader << '\n';
+  ttsdf::Progress progress;
+  std::string first_error;
+  std::size_t unreadable = 0;
+  for (std::size_t n = 0; n < entries.size(); ++n) {
+    progress.update("registering", static_cast<double>(n) / static_cast<double>(entries.size()));
+    ttsdf::RegistrationRow row;
+    try {
+      row = registerEntry(a, task, entries[n]);
+    } catch (
+        const std::runtime_error& error) {  // the row says so, the other scans go on, the exit code tells
+      if (unreadable++ == 0) first_error = error.what();
+      row.scan = entries[n].scan;
+      row.prior = entries[n].prior;
+      row.unreadable = true;
+    }
+    ttsdf::writeRow(out, row);
+  }
+  if (!out.flush()) throw std::runtime_error("'" + a.output + "': cannot write");
+  if (unreadable > 0) {
+    throw std::runtime_error(std::to_string(unreadable) + " of " + std::to_string(entries.size()) +
+                             " entries could not be read; first: " + first_error);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return ttsdf::runTool("ttsdf_register", [&] { return run(argc, argv); });
+}
