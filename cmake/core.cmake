@@ -13,6 +13,8 @@ ttsdf_library(ttsdf_core
     src/tensor/tensor_train.cpp
     src/tensor/gram.cpp
     src/tensor/tt_svd.cpp
+    src/tensor/gemm.cpp
+    src/tensor/tt_weighted.cpp
     src/field/grid_geometry.cpp
     src/field/distance_field.cpp
     src/field/grid_field.cpp

@@ -1,0 +1,28 @@
+#pragma once
+// A tensor train fitted to weighted samples: plain TT-SVD spends its ranks on every entry alike.
+
+#include <functional>
+#include <vector>
+
+#include "ttsdf_localization/tensor/tensor_train.h"
+
+namespace ttsdf {
+
+struct WeightedFitOptions {
+  int iterations = 30;
+  int threads = 1;
+  /// Asked after every sweep with the share done; false ends the fit early (the result so far is good).
+  std::function<bool(double)> keep_going;
+};
+
+/// Minimises sum w (F - TT)^2 from `start` at its ranks. Weights in [0, 1], one per entry in the tensor's
+/// order; 0 means "don't care". Expectation-maximisation for weighted low-rank approximation (Srebro,
+/// Jaakkola 2003) with over-relaxation; every sweep completes the array with the current train and takes one
+/// orthogonal iteration on the first and last core. Throws std::invalid_argument if the shapes differ.
+TensorTrain fitWeighted(const DenseTensor& tensor, const std::vector<float>& weights,
+                        const TensorTrain& start, const WeightedFitOptions& options);
+
+/// sqrt(sum w (F - TT)^2 / sum w).
+double weightedRms(const DenseTensor& tensor, const std::vector<float>& weights, const TensorTrain& train);
+
+}  // namespace ttsdf

@@ -1,0 +1,163 @@
+// From a sampled field to an encoded map.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "field_weights.h"
+#include "ttsdf_localization/mapping/map_builder.h"
+#include "ttsdf_localization/tensor/tt_svd.h"
+#include "ttsdf_localization/tensor/tt_weighted.h"
+
+namespace ttsdf {
+
+namespace {
+
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+struct Ranks {
+  int r1 = 0, r2 = 0;
+};
+
+Ranks parseRanks(const std::string& text) {
+  Ranks ranks;
+  char comma = 0;
+  std::istringstream in(text);
+  if (in >> ranks.r1) {
+    ranks.r2 = ranks.r1;
+    if (in >> comma) in >> ranks.r2;
+  }
+  std::string rest;
+  const bool complete = !in.fail() || (in.eof() && comma == 0);
+  in.clear();
+  if (!complete || (comma != 0 && comma != ',') || (in >> rest) || ranks.r1 < 0 || ranks.r2 < 0 ||
+      text.empty()) {
+    throw std::invalid_argument("option 'max_rank': got '" + text + "', wanted R or R1,R2 (0: no cap)");
+  }
+  return ranks;
+}
+
+void tell(const BuildProgress& progress, const char* step, double share) {
+  if (progress && !progress(step, share)) throw std::runtime_error("cancelled");
+}
+
+/// Errors of a decoded train against the sampled field.
+struct FieldError {
+  double relative = 0.0;   ///< |F - TT| / |F| over the whole box
+  double surface = 0.0;    ///< rms of known voxels within 3 cm of the surface [m]
+  double total_rms = 0.0;  ///< over the whole box [m]
+};
+
+FieldError compare(const SampledField& field, const TensorTrain& train) {
+  constexpr float kNear = 0.03f;
+  const DenseTensor approximation = full(train);
+  double squares = 0.0, error = 0.0, near_error = 0.0;
+  std::size_t near_count = 0;
+  for (std::size_t n = 0; n < field.values.size(); ++n) {
+    const double value = field.values.data()[n], d = value - static_cast<double>(approximation.data()[n]);
+    squares += value * value;
+    error += d * d;
+    if (std::abs(field.values.data()[n]) <= kNear && field.known[n]) {
+      near_error += d * d;
+      ++near_count;
+    }
+  }
+  FieldError result;
+  result.relative = squares > 0.0 ? std::sqrt(error / squares) : 0.0;
+  result.surface = near_count > 0 ? std::sqrt(near_error / static_cast<double>(near_count)) : 0.0;
+  result.total_rms = std::sqrt(error / static_cast<double>(field.values.size()));
+  return result;
+}
+
+TensorTrain decompose(const SampledField& field, const Ranks& ranks, const BuildOptions& options,
+                      const BuildProgress& progress) {
+  TtSvdOptions svd;
+  svd.max_rank1 = ranks.r1;
+  svd.max_rank2 = ranks.r2;
+  svd.tolerance = options.tolerance;
+  const TensorTrain plain = ttSvd(field.values, svd).train;
+  if (options.refine_iterations == 0) return plain;
+  WeightedFitOptions fit;
+  fit.iterations = options.refine_iterations;
+  fit.threads = options.threads;
+  fit.keep_going = [&progress](double share) { return !progress || progress("refining", share); };
+  return fitWeighted(field.values, surfaceWeights(field, options), plain, fit);
+}
+
+/// Largest maps first: the quantized encoding spends its error where the ranks leave some.
+EncodeOptions encodeOptions(const BuildOptions& options, double total_rms) {
+  EncodeOptions encode;
+  encode.encoding = encodingFromName(options.encoding);
+  encode.quantization_rms = options.quantization > 0.0 ? options.quantization : 0.25 * total_rms;
+  return encode;
+}
+
+}  // namespace
+
+BuiltMap compress(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
+                  const BuildProgress& progress) {
+  buildOptionTable().validate(options);
+  if (field.known.size() != field.values.size()) {
+    throw std::invalid_argument("compress: got " + std::to_string(field.known.size()) + " flags for " +
+                                std::to_string(field.values.size()) + " voxels, wanted as many");
+  }
+  BuiltMap built;
+  tell(progress, "decomposing", 0.0);
+  const Stopwatch decomposing;
+  TtSdfMap map;
+  map.train = decompose(field, parseRanks(options.max_rank), options, progress);
+  map.geometry = field.geometry;
+  if (options.support_mask) map.mask = field.mask;
+  map.kind = fieldKindFromName(options.field);
+  map.truncation = fusion.truncation;
+  map.clamp_negative = options.clamp_negative;
+  map.clamp_positive = options.clamp_positive;
+  built.report.seconds["decompose"] = decomposing.seconds();
+
+  tell(progress, "encoding", 0.0);
+  const Stopwatch encoding;
+  const FieldError before = compare(field, map.train);
+  BuildReport& report = built.report;
+  report.rank1 = map.train.rank1();
+  report.rank2 = map.train.rank2();
+  report.encoding = options.encoding;
+  report.dense_bytes = field.values.size() * sizeof(float);
+  report.observed_share =
+      static_cast<double>(std::count(field.known.begin(), field.known.end(), std::uint8_t{1})) /
+      static_cast<double>(field.known.size());
+  map.metadata["observed_share"] = std::to_string(report.observed_share);
+  map.metadata["surface_rms_before_encoding"] = std::to_string(before.surface);
+  built.bytes = serialize(map, encodeOptions(options, before.total_rms));
+  built.map = deserialize(built.bytes.data(), built.bytes.size());
+  const FieldError after = compare(field, built.map.train);
+  report.relative_error = after.relative;
+  report.surface_rms = after.surface;
+  report.file_bytes = built.bytes.size();
+  report.memory_bytes = built.map.train.memoryBytes() + built.map.mask.memoryBytes();
+  report.seconds["encode"] = encoding.seconds();
+  tell(progress, "encoding", 1.0);
+  return built;
+}
+
+BuiltMap buildMap(const TsdfVolume& volume, const BuildOptions& options, const BuildProgress& progress) {
+  tell(progress, "distance field", 0.0);
+  const Stopwatch sampling;
+  const SampledField field = sampleField(volume, options, progress);
+  const double seconds = sampling.seconds();
+  BuiltMap built = compress(field, volume.options(), options, progress);
+  built.report.seconds["distance_field"] = seconds;
+  built.report.frames = volume.frameCount();
+  return built;
+}
+
+}  // namespace ttsdf

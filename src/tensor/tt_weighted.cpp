@@ -1,0 +1,180 @@
+#include "ttsdf_localization/tensor/tt_weighted.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+#include "gemm.h"
+
+namespace ttsdf {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXf;
+
+/// The array and its weights as n1 x n3 slabs, one per middle index, side by side.
+struct Slabs {
+  MatrixXf values, weights;
+  std::array<int, 3> sizes{};
+  auto value(int j) const { return values.middleCols(static_cast<Index>(j) * sizes[2], sizes[2]); }
+  auto weight(int j) const { return weights.middleCols(static_cast<Index>(j) * sizes[2], sizes[2]); }
+};
+
+Slabs makeSlabs(const DenseTensor& tensor, const std::vector<float>& weights, const TensorTrain& train) {
+  if ((tensor.dims() != train.dims()).any() || weights.size() != tensor.size()) {
+    std::ostringstream text;
+    text << "fitWeighted: got a tensor of " << tensor.dims().transpose() << " with " << weights.size()
+         << " weights and a train of " << train.dims().transpose() << ", wanted equal shapes";
+    throw std::invalid_argument(text.str());
+  }
+  Slabs slabs;
+  slabs.sizes = train.modeSizes();
+  const auto [n1, n2, n3] = slabs.sizes;
+  slabs.values.resize(n1, static_cast<Index>(n2) * n3);
+  slabs.weights.resize(n1, static_cast<Index>(n2) * n3);
+  std::array<int, 3> index{};
+  const auto& axes = train.axes();
+  for (int j = 0; j < n2; ++j) {
+    index[static_cast<std::size_t>(axes[1])] = j;
+    for (int k = 0; k < n3; ++k) {
+      index[static_cast<std::size_t>(axes[2])] = k;
+      for (int i = 0; i < n1; ++i) {
+        index[static_cast<std::size_t>(axes[0])] = i;
+        const std::size_t n = tensor.offset(index[0], index[1], index[2]);
+        slabs.values(i, static_cast<Index>(j) * n3 + k) = tensor.data()[n];
+        slabs.weights(i, static_cast<Index>(j) * n3 + k) = weights[n];
+      }
+    }
+  }
+  return slabs;
+}
+
+MatrixXf orthonormalColumns(const MatrixXf& M) {
+  const Eigen::HouseholderQR<MatrixXf> qr(M);
+  return qr.householderQ() * MatrixXf::Identity(M.rows(), std::min(M.rows(), M.cols()));
+}
+
+/// The train in the gauge the fit works in: orthonormal U (n1 x r1) and V (n3 x r2), everything else in the
+/// middle.
+struct Gauge {
+  MatrixXf U, V;
+  MatrixXf middle;  // r1 x (n2 r2)
+  auto slice(int j) const { return middle.middleCols(static_cast<Index>(j) * V.cols(), V.cols()); }
+  auto slice(int j) { return middle.middleCols(static_cast<Index>(j) * V.cols(), V.cols()); }
+};
+
+Gauge toGauge(const TensorTrain& train) {
+  Gauge g;
+  g.U = orthonormalColumns(train.first());
+  g.V = orthonormalColumns(train.last().transpose());
+  const MatrixXf left = g.U.transpose() * train.first(), right = train.last() * g.V;
+  const int n2 = train.modeSizes()[1];
+  g.middle.resize(g.U.cols(), static_cast<Index>(n2) * g.V.cols());
+  for (int j = 0; j < n2; ++j) g.slice(j) = left * train.slice(j) * right;
+  return g;
+}
+
+constexpr float kRelaxation = 1.6f;  // over-relaxed completion; below 2 the weighted error still falls
+
+/// Slab j completed by the train: the samples where the weights say so, the train elsewhere.
+void complete(const Slabs& slabs, const Gauge& g, const MatrixXf& Vt, int j, MatrixXf& half, MatrixXf& slab) {
+  half.resize(g.U.rows(), g.V.cols());
+  slab.resize(slabs.sizes[0], slabs.sizes[2]);
+  gemm(g.U, g.slice(j), half);
+  gemm(half, Vt, slab);
+  slab.array() += kRelaxation * slabs.weight(j).array() * (slabs.value(j).array() - slab.array());
+}
+
+/// Runs work(thread, first slab, past the last) over equal parts of the slabs. The split does not depend on
+/// `threads`.
+template <class Work>
+void overSlabs(int n2, int parts, int threads, const Work& work) {
+  const auto run = [&](int thread) {
+    for (int part = thread; part < parts; part += threads) {
+      work(part, static_cast<int>(static_cast<long>(n2) * part / parts),
+           static_cast<int>(static_cast<long>(n2) * (part + 1) / parts));
+    }
+  };
+  std::vector<std::thread> helpers;
+  for (int t = 1; t < threads; ++t) helpers.emplace_back(run, t);
+  run(0);
+  for (auto& helper : helpers) helper.join();
+}
+
+constexpr int kParts = 8;  // partial sums: the result is the same for any number of threads
+
+/// One orthogonal iteration on U and V, then the middle core by projection.
+void sweep(const Slabs& slabs, Gauge& g, int threads) {
+  const int n2 = slabs.sizes[1];
+  const MatrixXf Vt = g.V.transpose(), Ut = g.U.transpose();
+  std::vector<MatrixXf> P(kParts), Q(kParts);
+  overSlabs(n2, kParts, threads, [&](int part, int begin, int end) {
+    MatrixXf half, slab, product(slabs.sizes[0], g.V.cols()), transposed;
+    P[static_cast<std::size_t>(part)].setZero(g.U.rows(), g.U.cols());
+    Q[static_cast<std::size_t>(part)].setZero(g.V.rows(), g.V.cols());
+    MatrixXf small(g.V.cols(), g.U.cols()), p(g.U.rows(), g.U.cols()), x(g.U.cols(), slabs.sizes[2]);
+    MatrixXf xt, core(g.U.cols(), g.V.cols()), q(g.V.rows(), g.V.cols());
+    for (int j = begin; j < end; ++j) {
+      complete(slabs, g, Vt, j, half, slab);
+      gemm(slab, g.V, product);  // Y_j = Z_j V
+      transposed = product.transpose();
+      gemm(transposed, g.U, small);  // Y_j^T U
+      gemm(product, small, p);       // Y_j Y_j^T U
+      P[static_cast<std::size_t>(part)] += p;
+      gemm(Ut, slab, x);  // X_j = U^T Z_j
+      xt = x.transpose();
+      gemm(x, g.V, core);  // X_j V
+      gemm(xt, core, q);   // X_j^T X_j V
+      Q[static_cast<std::size_t>(part)] += q;
+    }
+  });
+  for (int part = 1; part < kParts; ++part) {
+    P[0] += P[static_cast<std::size_t>(part)];
+    Q[0] += Q[static_cast<std::size_t>(part)];
+  }
+  Gauge next;
+  next.U = orthonormalColumns(P[0]);
+  next.V = orthonormalColumns(Q[0]);
+  next.middle.resize(g.middle.rows(), g.middle.cols());
+  const MatrixXf next_Ut = next.U.transpose();
+  overSlabs(n2, kParts, threads, [&](int, int begin, int end) {
+    MatrixXf half, slab, x(next.U.cols(), slabs.sizes[2]), core(next.U.cols(), next.V.cols());
+    for (int j = begin; j < end; ++j) {
+      complete(slabs, g, Vt, j, half, slab);
+      gemm(next_Ut, slab, x);
+      gemm(x, next.V, core);
+      next.slice(j) = core;
+    }
+  });
+  g = std::move(next);
+}
+
+}  // namespace
+
+TensorTrain fitWeighted(const DenseTensor& tensor, const std::vector<float>& weights,
+                        const TensorTrain& start, const WeightedFitOptions& options) {
+  const Slabs slabs = makeSlabs(tensor, weights, start);
+  Gauge g = toGauge(start);
+  for (int n = 0; n < options.iterations; ++n) {
+    sweep(slabs, g, std::max(1, options.threads));
+    if (options.keep_going && !options.keep_going(static_cast<double>(n + 1) / options.iterations)) break;
+  }
+  return TensorTrain(start.axes(), g.U, g.middle, g.V.transpose());
+}
+
+double weightedRms(const DenseTensor& tensor, const std::vector<float>& weights, const TensorTrain& train) {
+  const Slabs slabs = makeSlabs(tensor, weights, train);
+  double squares = 0.0, total = 0.0;
+  for (int j = 0; j < slabs.sizes[1]; ++j) {
+    const MatrixXf slab = train.first() * train.slice(j) * train.last();
+    squares += (slabs.weight(j).array() * (slabs.value(j) - slab).array().square()).cast<double>().sum();
+    total += slabs.weight(j).cast<double>().sum();
+  }
+  return total > 0.0 ? std::sqrt(squares / total) : 0.0;
+}
+
+}  // namespace ttsdf
