@@ -1,1 +1,33 @@
-# filled by its layer
+# Layer 2: fusion of depth into OpenVDB volumes, signed fields from volumes and meshes, map building. No ROS.
+
+# OpenVDB ships its find module beside the library, not where CMake looks for it.
+find_path(TTSDF_OPENVDB_MODULE_DIR FindOpenVDB.cmake
+  PATH_SUFFIXES lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB lib/cmake/OpenVDB lib64/cmake/OpenVDB
+  DOC "Folder of FindOpenVDB.cmake")
+mark_as_advanced(TTSDF_OPENVDB_MODULE_DIR)
+# TBB's own package first: OpenVDB's find module would define one of its targets and leave PCL's search half done.
+find_package(TBB CONFIG REQUIRED)
+list(APPEND CMAKE_MODULE_PATH "${TTSDF_OPENVDB_MODULE_DIR}")
+find_package(OpenVDB REQUIRED COMPONENTS openvdb)
+list(REMOVE_ITEM CMAKE_MODULE_PATH "${TTSDF_OPENVDB_MODULE_DIR}")
+find_library(VIGRAIMPEX_LIBRARY vigraimpex REQUIRED)
+find_path(VIGRA_INCLUDE_DIR vigra/impex.hxx REQUIRED)
+
+ttsdf_library(ttsdf_mapping
+  SOURCES
+    # depth in: images, folders, clouds -> volume
+    src/mapping/depth_image.cpp
+    src/mapping/depth_image_io.cpp
+    src/mapping/frame_folder.cpp
+    src/mapping/pinhole.cpp
+    src/mapping/surface_pixels.cpp
+    src/mapping/depth_pyramid.cpp
+    src/mapping/view_blocks.cpp
+    src/mapping/surface_guard.cpp
+    src/mapping/block_update.cpp
+    src/mapping/depth_fusion.cpp
+    src/mapping/cloud_fusion.cpp
+    src/mapping/tsdf_volume.cpp
+  PUBLIC ttsdf_core
+  PRIVATE OpenVDB::openvdb TBB::tbb ${VIGRAIMPEX_LIBRARY}
+  INCLUDE ${VIGRA_INCLUDE_DIR})

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <vector>
-
 #include <Eigen/Core>
+#include <vector>
 
 namespace ttsdf {
 
@@ -15,11 +14,18 @@ struct CameraIntrinsics {
 struct DepthImage {
   int width = 0, height = 0;
   std::vector<float> depth;
-  float at(int u, int v) const { return depth[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)]; }
+  float at(int u, int v) const {
+    return depth[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)];
+  }
 };
 
-/// Points of every `stride`-th pixel in both directions with a reading in [min_depth, max_depth], camera frame.
-Eigen::Matrix3Xf toPoints(const DepthImage& image, const CameraIntrinsics& intrinsics, int stride, double min_depth,
-                          double max_depth);
+/// Throws std::invalid_argument unless the image has width * height values, the intrinsics are of the same
+/// size and finite, and the focal lengths differ from 0.
+void checkFits(const DepthImage& image, const CameraIntrinsics& intrinsics);
+
+/// Points of every `stride`-th pixel in both directions with a reading in [min_depth, max_depth], camera
+/// frame. Throws std::invalid_argument for stride < 1 and as checkFits does.
+Eigen::Matrix3Xf toPoints(const DepthImage& image, const CameraIntrinsics& intrinsics, int stride,
+                          double min_depth, double max_depth);
 
 }  // namespace ttsdf

@@ -1,0 +1,222 @@
+#include "surface_pixels.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace ttsdf {
+
+namespace {
+
+constexpr int kReach = 2;  // half width of the window [pixel]
+constexpr int kTaps = (2 * kReach + 1) * (2 * kReach + 1);
+/// Neighbours lie on the same surface if their depth differs by no more than the slope of a surface seen at
+/// kMaxSlope = tan(82 deg) plus noise. The noise is a constant of inverse depth: 0.005 / m is 3 sigma of a
+/// Kinect.
+constexpr float kMaxSlope = 7.0F;
+constexpr float kNoiseInverseDepth = 0.005F;
+/// A pixel at a straight depth edge has 14 of 24 neighbours on its own surface, one further in 19, others 24.
+constexpr float kEdgeShareNone = 0.5F, kEdgeShareFull = 0.9F;
+constexpr float kMinCosine = 0.17F;         // 80 deg: beyond, depth is noise
+constexpr float kFreeMinCosine = 0.1F;      // bounds the gap left in front of grazing surfaces
+constexpr float kFreeNoPlaneMargin = 4.0F;  // gap in truncations in front of readings without a plane
+constexpr float kMaxBehind =
+    2.0F;  // how far the band may reach behind the surface along the ray [truncations]
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// Inverse depth with a border of zeros (no reading) of kReach pixels.
+class InverseDepth {
+ public:
+  InverseDepth(const DepthImage& image, double min_depth)
+      : stride_(static_cast<std::size_t>(image.width + 2 * kReach)),
+        values_(stride_ * static_cast<std::size_t>(image.height + 2 * kReach), 0.0F) {
+    const auto nearest = static_cast<float>(min_depth);
+    tbb::parallel_for(tbb::blocked_range<int>(0, image.height), [&](const tbb::blocked_range<int>& rows) {
+      for (int v = rows.begin(); v != rows.end(); ++v) {
+        const float* depth =
+            image.depth.data() + static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width);
+        float* out = row(v);
+        for (int u = 0; u < image.width; ++u) {
+          out[u] = depth[u] >= nearest && depth[u] > 0.0F && depth[u] < kInfinity ? 1.0F / depth[u] : 0.0F;
+        }
+      }
+    });
+  }
+  float* row(int v) { return values_.data() + static_cast<std::size_t>(v + kReach) * stride_ + kReach; }
+  const float* row(int v) const { return const_cast<InverseDepth*>(this)->row(v); }
+
+ private:
+  std::size_t stride_;
+  std::vector<float> values_;
+};
+
+/// Sums of the least squares fit of inverse depth over the window, for one row of pixels.
+struct RowSums {
+  explicit RowSums(int width) {
+    for (auto* sum : {&n, &x, &y, &xx, &xy, &yy, &d, &xd, &yd}) sum->resize(static_cast<std::size_t>(width));
+  }
+  void clear() {
+    for (auto* sum : {&n, &x, &y, &xx, &xy, &yy, &d, &xd, &yd}) std::fill(sum->begin(), sum->end(), 0.0F);
+  }
+  std::vector<float> n, x, y, xx, xy, yy, d, xd, yd;
+};
+
+/// Adds the neighbour at (dx, dy) of every pixel of a row; plain loops over the row, for the vectoriser.
+void addTap(const float* centre, const float* neighbour, int width, int dx, int dy, float slope,
+            RowSums& sums) {
+  const auto fx = static_cast<float>(dx), fy = static_cast<float>(dy);
+  const float steps = slope * static_cast<float>(std::max(std::abs(dx), std::abs(dy)));
+  float *n = sums.n.data(), *x = sums.x.data(), *y = sums.y.data(), *xx = sums.xx.data(),
+        *xy = sums.xy.data(), *yy = sums.yy.data(), *d = sums.d.data(), *xd = sums.xd.data(),
+        *yd = sums.yd.data();
+  for (int u = 0; u < width; ++u) {
+    const float difference = neighbour[u] - centre[u];
+    const bool same =
+        (neighbour[u] > 0.0F) & (std::abs(difference) <= steps * centre[u] + kNoiseInverseDepth);
+    const float m = same ? 1.0F : 0.0F, md = same ? difference : 0.0F;
+    n[u] += m, x[u] += m * fx, y[u] += m * fy;
+    xx[u] += m * fx * fx, xy[u] += m * fx * fy, yy[u] += m * fy * fy;
+    d[u] += md, xd[u] += md * fx, yd[u] += md * fy;
+  }
+}
+
+/// Fitted inverse depth at the pixel relative to the reading, and its slopes per pixel.
+struct Slope {
+  float value = 0.0F, du = 0.0F, dv = 0.0F;
+  bool good = false;
+};
+
+Slope solve(const RowSums& s, std::size_t u) {
+  // Cramer's rule on [n x y; x xx xy; y xy yy]; the entries are small integers, so the determinant is exact.
+  const float a = s.xx[u] * s.yy[u] - s.xy[u] * s.xy[u], b = s.y[u] * s.xy[u] - s.x[u] * s.yy[u],
+              c = s.x[u] * s.xy[u] - s.y[u] * s.xx[u];
+  const float determinant = s.n[u] * a + s.x[u] * b + s.y[u] * c;
+  Slope slope;
+  if (determinant < 1.0F) return slope;  // all neighbours on one line
+  const float e = s.n[u] * s.yy[u] - s.y[u] * s.y[u], f = s.x[u] * s.y[u] - s.n[u] * s.xy[u],
+              g = s.n[u] * s.xx[u] - s.x[u] * s.x[u];
+  const float inverse = 1.0F / determinant;
+  slope.value = (a * s.d[u] + b * s.xd[u] + c * s.yd[u]) * inverse;
+  slope.du = (b * s.d[u] + e * s.xd[u] + f * s.yd[u]) * inverse;
+  slope.dv = (c * s.d[u] + f * s.xd[u] + g * s.yd[u]) * inverse;
+  slope.good = true;
+  return slope;
+}
+
+/// Turns fits into pixels for one image; free depths are per pixel still.
+class PixelMaker {
+ public:
+  PixelMaker(const CameraIntrinsics& k, const FusionOptions& options)
+      : fx_(static_cast<float>(k.fx)),
+        fy_(static_cast<float>(k.fy)),
+        cx_(static_cast<float>(k.cx)),
+        cy_(static_cast<float>(k.cy)),
+        truncation_(static_cast<float>(options.truncation)),
+        max_depth_(static_cast<float>(options.max_depth)) {}
+
+  SurfacePixel make(int u, int v, float inverse_depth, const RowSums& sums) const {
+    SurfacePixel pixel;
+    if (inverse_depth <= 0.0F) return pixel;
+    const float depth = 1.0F / inverse_depth;
+    pixel.free_depth = std::min(depth - kFreeNoPlaneMargin * truncation_, max_depth_);
+    if (depth > max_depth_) return pixel;
+    const auto column = static_cast<std::size_t>(u);
+    const Slope slope = solve(sums, column);
+    const float share = (sums.n[column] - 1.0F) / static_cast<float>(kTaps - 1);
+    const float edge = std::clamp((share - kEdgeShareNone) / (kEdgeShareFull - kEdgeShareNone), 0.0F, 1.0F);
+    if (!slope.good || edge <= 0.0F) return pixel;
+    setPlane(static_cast<float>(u) - cx_, static_cast<float>(v) - cy_, inverse_depth + slope.value, slope,
+             edge, pixel);
+    return pixel;
+  }
+
+ private:
+  /// The plane is m . p = 1, because 1 / z = m . (p / z) is linear in the pixel.
+  void setPlane(float du, float dv, float inverse_depth, const Slope& slope, float edge,
+                SurfacePixel& pixel) const {
+    const float mx = slope.du * fx_, my = slope.dv * fy_, mz = inverse_depth - slope.du * du - slope.dv * dv;
+    const float length = std::sqrt(mx * mx + my * my + mz * mz);
+    const float rx = du / fx_, ry = dv / fy_, ray = std::sqrt(rx * rx + ry * ry + 1.0F);
+    const float cosine = inverse_depth / (length * ray);
+    if (!(inverse_depth > 0.0F && cosine > 0.0F)) return;
+    const float depth = 1.0F / inverse_depth;
+    pixel.free_depth = std::min(depth - truncation_ / (ray * std::max(cosine, kFreeMinCosine)), max_depth_);
+    if (cosine < kMinCosine) return;
+    pixel.nx = mx / length, pixel.ny = my / length, pixel.nz = mz / length;
+    pixel.offset = 1.0F / length;
+    pixel.weight = edge * cosine * std::min(1.0F, inverse_depth * inverse_depth);
+    pixel.band_end = depth + truncation_ / ray * std::min(1.0F / cosine, kMaxBehind);
+  }
+
+  float fx_, fy_, cx_, cy_, truncation_, max_depth_;
+};
+
+/// Replaces each known free depth by the least of the window.
+void erodeFreeDepth(SurfacePixels& image) {
+  const int width = image.width;
+  const auto index = [width](int u, int v) {
+    return static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
+  };
+  std::vector<float> along_row(image.pixels.size());
+  const tbb::blocked_range<int> all(0, image.height);
+  tbb::parallel_for(all, [&](const tbb::blocked_range<int>& rows) {
+    for (int v = rows.begin(); v != rows.end(); ++v) {
+      for (int u = 0; u < width; ++u) {
+        float least = kInfinity;
+        for (int x = std::max(u - kReach, 0); x <= std::min(u + kReach, width - 1); ++x) {
+          const float depth = image.pixels[index(x, v)].free_depth;
+          if (depth != 0.0F) least = std::min(least, depth);
+        }
+        along_row[index(u, v)] = least;
+      }
+    }
+  });
+  tbb::parallel_for(all, [&](const tbb::blocked_range<int>& rows) {
+    for (int v = rows.begin(); v != rows.end(); ++v) {
+      for (int u = 0; u < width; ++u) {
+        float& depth = image.pixels[index(u, v)].free_depth;
+        if (depth == 0.0F) continue;
+        float least = kInfinity;
+        for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, image.height - 1); ++y) {
+          least = std::min(least, along_row[index(u, y)]);
+        }
+        depth = std::max(least, 0.0F);
+      }
+    }
+  });
+}
+
+}  // namespace
+
+SurfacePixels surfacePixels(const DepthImage& image, const CameraIntrinsics& intrinsics,
+                            const FusionOptions& options) {
+  SurfacePixels result;
+  result.width = image.width, result.height = image.height;
+  result.pixels.resize(image.depth.size());
+  const InverseDepth inverse(image, options.min_depth);
+  const PixelMaker maker(intrinsics, options);
+  const auto slope =
+      static_cast<float>(kMaxSlope / std::min(std::abs(intrinsics.fx), std::abs(intrinsics.fy)));
+  tbb::parallel_for(tbb::blocked_range<int>(0, image.height, 8), [&](const tbb::blocked_range<int>& rows) {
+    RowSums sums(image.width);
+    for (int v = rows.begin(); v != rows.end(); ++v) {
+      sums.clear();
+      for (int dy = -kReach; dy <= kReach; ++dy) {
+        for (int dx = -kReach; dx <= kReach; ++dx) {
+          addTap(inverse.row(v), inverse.row(v + dy) + dx, image.width, dx, dy, slope, sums);
+        }
+      }
+      SurfacePixel* out =
+          result.pixels.data() + static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width);
+      for (int u = 0; u < image.width; ++u) out[u] = maker.make(u, v, inverse.row(v)[u], sums);
+    }
+  });
+  if (options.carve) erodeFreeDepth(result);
+  return result;
+}
+
+}  // namespace ttsdf
