@@ -15,6 +15,7 @@ ttsdf_library(ttsdf_core
     src/tensor/tt_svd.cpp
     src/tensor/gemm.cpp
     src/tensor/tt_weighted.cpp
+    src/field/support_mask.cpp
     src/field/grid_geometry.cpp
     src/field/distance_field.cpp
     src/field/grid_field.cpp

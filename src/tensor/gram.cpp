@@ -3,33 +3,62 @@
 #include <algorithm>
 #include <vector>
 
-#include "vectorize.h"
-
 namespace ttsdf {
 
 namespace {
 
-constexpr int kTile = 8;  // rows of a register tile; the panels are packed in groups of kTile
+constexpr int kTile = 8;  // rows of a tile; the panels are packed in groups of kTile
 
-/// tile (kTile x kTile, row-major) += sum over m of a[m][:] b[m][:]^T, both packed as m groups of kTile
+/// tile (kTile x kTile, row-major) = sum over m of a[m][:] b[m][:]^T, both packed as m groups of kTile
 /// doubles.
-TTSDF_VECTORIZE void accumulateTile(const double* __restrict a, const double* __restrict b, int m,
-                                    double* __restrict tile) {
-  double acc[kTile][kTile] = {};
-  for (int t = 0; t < m; ++t) {
-    for (int p = 0; p < kTile; ++p) {
-      for (int q = 0; q < kTile; ++q) acc[p][q] += a[t * kTile + p] * b[t * kTile + q];
+using TileKernel = void (*)(const double* a, const double* b, int m, double* tile);
+
+/// Explicit vectors of kBytes and eight accumulators at every width: left to itself GCC turns the plain loops
+/// into permutations, or keeps the tile in memory.
+template <int kBytes>
+[[gnu::always_inline]] inline void multiplyTile(const double* a, const double* b, int m, double* tile) {
+  typedef double Vector __attribute__((vector_size(kBytes), aligned(sizeof(double)), may_alias));
+  constexpr int kLanes = kBytes / static_cast<int>(sizeof(double)), kVectors = kTile / kLanes;
+  for (int p0 = 0; p0 < kTile; p0 += kLanes) {
+    Vector acc[kLanes][kVectors] = {};
+    for (int t = 0; t < m; ++t) {
+      const Vector* row = reinterpret_cast<const Vector*>(b + t * kTile);
+      for (int p = 0; p < kLanes; ++p) {
+        for (int v = 0; v < kVectors; ++v) acc[p][v] += a[t * kTile + p0 + p] * row[v];
+      }
+    }
+    for (int p = 0; p < kLanes; ++p) {
+      for (int v = 0; v < kVectors; ++v) reinterpret_cast<Vector*>(tile + (p0 + p) * kTile)[v] = acc[p][v];
     }
   }
-  for (int p = 0; p < kTile; ++p) {
-    for (int q = 0; q < kTile; ++q) tile[p * kTile + q] += acc[p][q];
-  }
+}
+
+void multiplyTile16(const double* a, const double* b, int m, double* tile) {
+  multiplyTile<16>(a, b, m, tile);
+}
+
+#if defined(__x86_64__)
+[[gnu::target("avx2,fma")]] void multiplyTile32(const double* a, const double* b, int m, double* tile) {
+  multiplyTile<32>(a, b, m, tile);
+}
+[[gnu::target("avx512f")]] void multiplyTile64(const double* a, const double* b, int m, double* tile) {
+  multiplyTile<64>(a, b, m, tile);
+}
+#endif
+
+TileKernel widestTileKernel() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f")) return multiplyTile64;
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return multiplyTile32;
+#endif
+  return multiplyTile16;
 }
 
 }  // namespace
 
 void addGram(const Eigen::Ref<const Eigen::MatrixXf>& A, Eigen::MatrixXd& gram) {
   constexpr int kPanel = 256;  // columns at a time: a group of packed rows stays in the first-level cache
+  static const TileKernel multiply = widestTileKernel();
   const int n = static_cast<int>(A.rows());
   const int groups = (n + kTile - 1) / kTile;
   std::vector<double> packed(static_cast<std::size_t>(groups) * kTile * kPanel);
@@ -46,9 +75,8 @@ void addGram(const Eigen::Ref<const Eigen::MatrixXf>& A, Eigen::MatrixXd& gram) 
     }
     for (int g = 0; g < groups; ++g) {
       for (int h = 0; h <= g; ++h) {
-        std::fill(tile, tile + kTile * kTile, 0.0);
-        accumulateTile(&packed[static_cast<std::size_t>(g) * kPanel * kTile],
-                       &packed[static_cast<std::size_t>(h) * kPanel * kTile], m, tile);
+        multiply(&packed[static_cast<std::size_t>(g) * kPanel * kTile],
+                 &packed[static_cast<std::size_t>(h) * kPanel * kTile], m, tile);
         const int rows = std::min(kTile, n - g * kTile), cols = std::min(kTile, n - h * kTile);
         for (int q = 0; q < cols; ++q) {
           for (int p = 0; p < rows; ++p) gram(g * kTile + p, h * kTile + q) += tile[p * kTile + q];

@@ -1,13 +1,14 @@
 #pragma once
 // Loops marked TTSDF_VECTORIZE are compiled several times and the widest version that the CPU has is chosen
-// at load time. No -march flag: types shared with Eigen and PCL of other packages keep their layout.
+// at load time: by feature levels, because "arch=haswell" would match that one processor only. No -march
+// flag: types shared with Eigen and PCL of other packages keep their layout.
 //
 // Note: a marked function must not inline Eigen code (its vector width would differ from the rest of the
 // program).
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define TTSDF_VECTORIZE \
-  __attribute__((target_clones("arch=skylake-avx512", "arch=haswell", "default"), optimize("O3")))
+  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"), optimize("O3")))
 #else
 #define TTSDF_VECTORIZE
 #endif
