@@ -75,9 +75,13 @@ void runSweep(const SweepRun& run, Method& method, const std::vector<EvaluationS
     std::optional<Eigen::Vector3d> gravity;
     if (run.map_down) gravity = gravityHint(run, scan, plan.seed);
     for (const auto& perturbation : perturbations(plan, scan.index)) {
-      SweepRecord record{
-          run.dataset,           run.method, scan.name, perturbation.kind, perturbation.magnitude,
-          perturbation.direction};
+      SweepRecord record;
+      record.dataset = run.dataset;
+      record.method = run.method;
+      record.scan = scan.name;
+      record.kind = perturbation.kind;
+      record.magnitude = perturbation.magnitude;
+      record.direction = perturbation.direction;
       if (log.contains(record)) continue;
       const Timed result =
           timedMedian(method, scan.points, perturbation.apply(scan.T_map_sensor), gravity, run.repeat);

@@ -1,4 +1,4 @@
-#include "ttsdf_localization/evaluation/trajectory.h"
+#include "ttsdf_localization/evaluation/trajectory_error.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,9 +17,9 @@ namespace {
 
 using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
-StampedPose parseLine(const std::string& line) {
+TimedPose parseLine(const std::string& line) {
   std::istringstream numbers(line);
-  StampedPose pose;
+  TimedPose pose;
   Eigen::Vector3d t;
   double qx = 0.0, qy = 0.0, qz = 0.0, qw = 0.0;
   std::string rest;
@@ -48,7 +48,7 @@ ErrorStatistics statistics(const std::vector<double>& errors) {
   return result;
 }
 
-Pairs associateOrThrow(const Trajectory& estimate, const Trajectory& truth, double max_difference,
+Pairs associateOrThrow(const PoseSequence& estimate, const PoseSequence& truth, double max_difference,
                        std::size_t wanted) {
   Pairs pairs = associate(estimate, truth, max_difference);
   if (pairs.size() < wanted) {
@@ -59,7 +59,7 @@ Pairs associateOrThrow(const Trajectory& estimate, const Trajectory& truth, doub
   return pairs;
 }
 
-Eigen::Isometry3d alignment(const Trajectory& estimate, const Trajectory& truth, const Pairs& pairs) {
+Eigen::Isometry3d alignment(const PoseSequence& estimate, const PoseSequence& truth, const Pairs& pairs) {
   const auto count = static_cast<Eigen::Index>(pairs.size());
   Eigen::Matrix3Xd from(3, count), to(3, count);
   for (Eigen::Index n = 0; n < count; ++n) {
@@ -74,10 +74,10 @@ Eigen::Isometry3d alignment(const Trajectory& estimate, const Trajectory& truth,
 
 }  // namespace
 
-Trajectory readTrajectory(const std::string& path) {
+PoseSequence readTrajectory(const std::string& path) {
   std::ifstream in(path);
   if (!in) throw std::runtime_error("trajectory '" + path + "': cannot read");
-  Trajectory trajectory;
+  PoseSequence trajectory;
   std::string line;
   for (std::size_t number = 1; std::getline(in, line); ++number) {
     const auto first = line.find_first_not_of(" \t\r");
@@ -89,12 +89,12 @@ Trajectory readTrajectory(const std::string& path) {
                                error.what());
     }
   }
-  const auto earlier = [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; };
+  const auto earlier = [](const TimedPose& a, const TimedPose& b) { return a.stamp < b.stamp; };
   std::stable_sort(trajectory.begin(), trajectory.end(), earlier);
   return trajectory;
 }
 
-void writeTrajectory(const std::string& path, const Trajectory& trajectory) {
+void writeTrajectory(const std::string& path, const PoseSequence& trajectory) {
   std::ofstream out(path);
   out << "# stamp tx ty tz qx qy qz qw\n" << std::fixed << std::setprecision(9);
   for (const auto& pose : trajectory) {
@@ -106,7 +106,7 @@ void writeTrajectory(const std::string& path, const Trajectory& trajectory) {
   if (!out.flush()) throw std::runtime_error("trajectory '" + path + "': cannot write");
 }
 
-Pairs associate(const Trajectory& estimate, const Trajectory& truth, double max_difference) {
+Pairs associate(const PoseSequence& estimate, const PoseSequence& truth, double max_difference) {
   struct Candidate {
     double difference;
     std::size_t estimate, truth;
@@ -115,7 +115,7 @@ Pairs associate(const Trajectory& estimate, const Trajectory& truth, double max_
   for (std::size_t e = 0; e < estimate.size(); ++e) {
     const double earliest = estimate[e].stamp - max_difference;
     auto t = std::lower_bound(truth.begin(), truth.end(), earliest,
-                              [](const StampedPose& pose, double stamp) { return pose.stamp < stamp; });
+                              [](const TimedPose& pose, double stamp) { return pose.stamp < stamp; });
     for (; t != truth.end() && t->stamp <= estimate[e].stamp + max_difference; ++t) {
       candidates.push_back(
           {std::abs(t->stamp - estimate[e].stamp), e, static_cast<std::size_t>(t - truth.begin())});
@@ -136,7 +136,7 @@ Pairs associate(const Trajectory& estimate, const Trajectory& truth, double max_
   return pairs;
 }
 
-TrajectoryError absoluteTrajectoryError(const Trajectory& estimate, const Trajectory& truth,
+TrajectoryError absoluteTrajectoryError(const PoseSequence& estimate, const PoseSequence& truth,
                                         const AssociationOptions& options) {
   const Pairs pairs = associateOrThrow(estimate, truth, options.max_difference, options.align ? 3 : 1);
   TrajectoryError result;
@@ -154,7 +154,7 @@ TrajectoryError absoluteTrajectoryError(const Trajectory& estimate, const Trajec
   return result;
 }
 
-TrajectoryError relativePoseError(const Trajectory& estimate, const Trajectory& truth, std::size_t delta,
+TrajectoryError relativePoseError(const PoseSequence& estimate, const PoseSequence& truth, std::size_t delta,
                                   const AssociationOptions& options) {
   if (delta == 0) throw std::invalid_argument("relative pose error: got delta 0, wanted at least 1");
   const Pairs pairs = associateOrThrow(estimate, truth, options.max_difference, delta + 1);
@@ -162,7 +162,7 @@ TrajectoryError relativePoseError(const Trajectory& estimate, const Trajectory& 
   result.pairs = pairs.size() - delta;
   std::vector<double> translation, rotation;
   for (std::size_t n = 0; n + delta < pairs.size(); ++n) {
-    const auto motion = [](const Trajectory& poses, std::size_t from, std::size_t to) -> Eigen::Isometry3d {
+    const auto motion = [](const PoseSequence& poses, std::size_t from, std::size_t to) -> Eigen::Isometry3d {
       return poses[from].T_map_sensor.inverse() * poses[to].T_map_sensor;
     };
     const PoseError error = poseError(motion(truth, pairs[n].second, pairs[n + delta].second),

@@ -9,21 +9,21 @@
 
 namespace ttsdf {
 
-struct StampedPose {
+struct TimedPose {
   double stamp = 0.0;  ///< [s]
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
 };
 
-using Trajectory = std::vector<StampedPose>;  ///< rising stamps
+using PoseSequence = std::vector<TimedPose>;  ///< rising stamps
 
 /// Throws std::runtime_error naming file and line; lines may come in any order.
-Trajectory readTrajectory(const std::string& path);
-void writeTrajectory(const std::string& path, const Trajectory& trajectory);
+PoseSequence readTrajectory(const std::string& path);
+void writeTrajectory(const std::string& path, const PoseSequence& trajectory);
 
 /// Pairs (index of estimate, index of truth) whose stamps differ by `max_difference` [s] at most: every pose
 /// of the estimate with its nearest pose of the truth, none of which is used twice.
-std::vector<std::pair<std::size_t, std::size_t>> associate(const Trajectory& estimate,
-                                                           const Trajectory& truth, double max_difference);
+std::vector<std::pair<std::size_t, std::size_t>> associate(const PoseSequence& estimate,
+                                                           const PoseSequence& truth, double max_difference);
 
 struct ErrorStatistics {
   double rmse = 0.0, mean = 0.0, median = 0.0, max = 0.0;
@@ -45,12 +45,12 @@ struct AssociationOptions {
 
 /// Absolute trajectory error: pose by pose. Throws std::invalid_argument if no pose pairs up (3 for
 /// alignment).
-TrajectoryError absoluteTrajectoryError(const Trajectory& estimate, const Trajectory& truth,
+TrajectoryError absoluteTrajectoryError(const PoseSequence& estimate, const PoseSequence& truth,
                                         const AssociationOptions& options = {});
 
 /// Relative pose error: of the motion over `delta` pairs. Throws std::invalid_argument if fewer than delta +
 /// 1 pair up.
-TrajectoryError relativePoseError(const Trajectory& estimate, const Trajectory& truth, std::size_t delta,
+TrajectoryError relativePoseError(const PoseSequence& estimate, const PoseSequence& truth, std::size_t delta,
                                   const AssociationOptions& options = {});
 
 }  // namespace ttsdf
