@@ -28,6 +28,8 @@ ttsdf_library(ttsdf_mapping
     src/mapping/depth_fusion.cpp
     src/mapping/cloud_fusion.cpp
     src/mapping/tsdf_volume.cpp
+    src/mapping/vdb_import.cpp
+    src/mapping/vdb_io.cpp
   PUBLIC ttsdf_core
   PRIVATE OpenVDB::openvdb TBB::tbb ${VIGRAIMPEX_LIBRARY}
   INCLUDE ${VIGRA_INCLUDE_DIR})
