@@ -71,6 +71,20 @@ SurfacePoints footPoints(const DistanceField& field) {
   return surface;
 }
 
+/// The map's box, padded and sampled coarsely: at most max_samples samples.
+GridGeometry paddedGrid(const GridGeometry& map, const LongRangeOptions& options) {
+  GridGeometry geometry = map;
+  const Eigen::Array3d extent = (map.dims - 1).cast<double>() * map.voxel_size + 2.0 * options.padding;
+  geometry.voxel_size = options.spacing_voxels * map.voxel_size;
+  do {
+    geometry.dims = (extent / geometry.voxel_size).ceil().cast<int>() + 1;
+    if (geometry.voxelCount() <= options.max_samples) break;
+    geometry.voxel_size *= 1.25;
+  } while (true);
+  geometry.T_map_grid.translation() -= map.T_map_grid.linear() * Eigen::Vector3d::Constant(options.padding);
+  return geometry;
+}
+
 }  // namespace
 
 std::shared_ptr<const DenseDistanceField> makeLongRangeField(const DistanceField& field,
@@ -82,17 +96,9 @@ std::shared_ptr<const DenseDistanceField> makeLongRangeField(const DistanceField
   Tree tree(3, surface, nanoflann::KDTreeSingleIndexAdaptorParams(16));
   tree.buildIndex();
 
-  const GridGeometry& fine = field.geometry();
-  double step = options.spacing_voxels;
-  while (static_cast<std::size_t>(latticeCounts(fine, step).cast<double>().prod()) > options.max_samples)
-    step *= 1.25;
-  GridGeometry geometry;
-  geometry.dims = latticeCounts(fine, step);
-  geometry.voxel_size = step * fine.voxel_size;
-  geometry.T_map_grid = fine.T_map_grid;
+  GridGeometry geometry = paddedGrid(field.geometry(), options);
   DenseTensor values(geometry.dims);
-  SupportMask mask(geometry.dims, 1, true);
-  forEachLattice(fine, step, geometry.dims, [&](const Eigen::Matrix3Xf& batch, int b, int c) {
+  forEachLattice(geometry, 1.0, geometry.dims, [&](const Eigen::Matrix3Xf& batch, int b, int c) {
     const FieldSamples samples = field.evaluate(batch);
     for (int a = 0; a < geometry.dims[0]; ++a) {
       const Eigen::Vector3f query = batch.col(a);
@@ -102,11 +108,11 @@ std::shared_ptr<const DenseDistanceField> makeLongRangeField(const DistanceField
       nearest.init(&index, &squared);
       tree.findNeighbors(nearest, query.data(), nanoflann::SearchParams());
       const float distance = std::sqrt(squared);
-      values(a, b, c) = samples.values[a] < 0.0f ? -distance : distance;
-      if (samples.states[static_cast<std::size_t>(a)] != PointState::kValid) mask.set(a, b, c, false);
+      values(a, b, c) =
+          samples.values[a] < 0.0f ? -distance : distance;  // outside the box the value is 0: positive
     }
   });
-  return std::make_shared<DenseDistanceField>(std::move(values), geometry, std::move(mask));
+  return std::make_shared<DenseDistanceField>(std::move(values), geometry);
 }
 
 }  // namespace ttsdf

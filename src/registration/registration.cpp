@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "descent.h"
 #include "minimizer.h"
 #include "result.h"
 #include "ttsdf_localization/field/long_range_field.h"
@@ -130,39 +131,38 @@ class Registration::Impl {
     return stage;
   }
 
-  /// Graduated non-convexity: from a kernel as wide as the scan's own residual down to the final scale, first
-  /// on a part of the points.
+  /// Graduated non-convexity. First the far field pulls a part of the points in, from a kernel as wide as the
+  /// scan's own residual; then the map itself, first on a part of the points, last on all.
   void solveRobust(const Eigen::Isometry3d& T_prior, RegistrationResult& result) {
-    const int coarse = scan_.prefix(kCoarsePoints);
-    const DistanceField& wide = long_range_ ? *long_range_ : *field_;
-    const NormalEquations start = linearize(wide, scan_, coarse, T_prior, model(options_.kernel_scale_end));
-    if (start.valid < options_.min_known_ratio * coarse) {
-      report(start, T_prior, result);
-      result.iterations = 1;
-      result.reason = TerminationReason::kOutsideMap;
-      return;
-    }
-    const double rms = std::sqrt(start.squares / start.valid);
     Eigen::Isometry3d T = T_prior;
-    int iterations = 1;
-    double scale = std::min(options_.kernel_scale_start, kScalePerRms * rms);
-    for (; scale > 1.01 * options_.kernel_scale_end && iterations < options_.max_iterations;
-         scale *= kScaleFactor) {
-      StageOptions stage = finalStage();
-      stage.points = coarse;
-      stage.model = model(std::max(scale, options_.kernel_scale_end));
-      stage.max_iterations = std::min(kStageIterations, options_.max_iterations - iterations);
-      stage.rotation_epsilon = kStageEpsilon * scale / std::max(scan_.radius(), 0.1);
-      stage.translation_epsilon = kStageEpsilon * scale;
-      stage.cost_epsilon = 0.01;
-      const DistanceField& stage_field = scale > kLongRangeScale ? wide : *field_;
-      const StageResult stage_result = levenbergMarquardt(stage_field, scan_, T, stage);
-      T = stage_result.T_map_sensor;
-      iterations += stage_result.iterations;
-    }
+    int iterations = long_range_ ? pullIn(T) : 0;
+    StageOptions stage = finalStage();
+    stage.points = scan_.prefix(kMiddlePoints);
+    stage.model = model(std::max(kMiddleScale, options_.kernel_scale_end));
+    stage.max_iterations = std::min(kMiddleIterations, options_.max_iterations);
+    stage.cost_epsilon = kMiddleCostEpsilon;
+    const StageResult middle = levenbergMarquardt(*field_, scan_, T, stage);
+    iterations += middle.iterations;
     StageOptions last = finalStage();
     last.max_iterations = std::max(2, options_.max_iterations - iterations);
-    finish(levenbergMarquardt(*field_, scan_, T, last), iterations, result);
+    finish(levenbergMarquardt(*field_, scan_, middle.T_map_sensor, last), iterations, result);
+  }
+
+  /// Descends in the far field; returns the iterations. The widest kernel is a few times the residual of the
+  /// start.
+  int pullIn(Eigen::Isometry3d& T) {
+    coarse_.assign(scan_, kCoarsePoints);
+    const NormalEquations start =
+        linearize(*long_range_, coarse_, coarse_.size(), T, model(options_.kernel_scale_end));
+    if (start.valid == 0) return 1;
+    const double widest =
+        std::min(options_.kernel_scale_start, kScalePerRms * std::sqrt(start.squares / start.valid));
+    descent_.scales.clear();
+    for (double scale = widest; scale > kMiddleScale; scale *= kScaleFactor) {
+      descent_.scales.insert(descent_.scales.end(), kStepsPerScale, scale);
+    }
+    T = descend(*long_range_, coarse_, T, descent_).T_map_sensor;
+    return 1 + static_cast<int>(descent_.scales.size());
   }
 
   void finish(const StageResult& stage, int iterations_before, RegistrationResult& result) {
@@ -197,17 +197,21 @@ class Registration::Impl {
     }
   }
 
-  static constexpr int kCoarsePoints = 1000;
-  static constexpr int kStageIterations = 12;
-  static constexpr double kScalePerRms = 2.0;
-  static constexpr double kScaleFactor = 0.5;
-  static constexpr double kStageEpsilon = 0.02;   // a stage ends when a step is this share of its scale
-  static constexpr double kLongRangeScale = 0.1;  // [m] wider kernels look at the coarse far field
-  static constexpr double kClusterSize = 0.3;     // [m]
+  static constexpr int kCoarsePoints = 550;  // of the far field's descent
+  static constexpr int kStepsPerScale = 4;
+  static constexpr double kScalePerRms = 3.0;
+  static constexpr double kScaleFactor = 0.55;
+  static constexpr int kMiddlePoints = 1000;
+  static constexpr int kMiddleIterations = 8;
+  static constexpr double kMiddleScale = 0.1;  // [m] of the map's first stage
+  static constexpr double kMiddleCostEpsilon = 3e-3;
+  static constexpr double kClusterSize = 0.3;  // [m]
 
-  std::shared_ptr<const DistanceField> field_, long_range_;
+  std::shared_ptr<const DistanceField> field_;
+  std::shared_ptr<const DenseDistanceField> long_range_;
   RegistrationOptions options_;
-  ScanBuffer scan_;
+  ScanBuffer scan_, coarse_;
+  DescentOptions descent_;
 };
 
 Registration::Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace ttsdf {
 
@@ -25,6 +26,10 @@ void ScanBuffer::assign(const Eigen::Matrix3Xf& points, int max_points) {
       order_.push_back(finite_[static_cast<std::size_t>(static_cast<long>(n) * available / count)]);
     }
   }
+  take(points);
+}
+
+void ScanBuffer::take(const Eigen::Matrix3Xf& points) {
   centroid_.setZero();
   for (const int n : order_) centroid_ += points.col(n).cast<double>();
   if (!order_.empty()) centroid_ /= static_cast<double>(order_.size());
@@ -36,6 +41,16 @@ void ScanBuffer::assign(const Eigen::Matrix3Xf& points, int max_points) {
     sum += p.squaredNorm();
   }
   radius_ = order_.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(order_.size()));
+}
+
+void ScanBuffer::assign(const ScanBuffer& scan, int wanted) {
+  const int count = scan.prefix(wanted);
+  Eigen::Matrix3Xf points(3, count);
+  const Eigen::Vector3f c = scan.centroid().cast<float>();
+  for (int n = 0; n < count; ++n) points.col(n) = c + Eigen::Vector3f(scan.x()[n], scan.y()[n], scan.z()[n]);
+  order_.resize(static_cast<std::size_t>(count));
+  std::iota(order_.begin(), order_.end(), 0);
+  take(points);
 }
 
 int ScanBuffer::prefix(int wanted) const {

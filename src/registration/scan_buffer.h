@@ -13,6 +13,9 @@ class ScanBuffer {
   /// Takes at most `max_points` of the finite columns of `points` (3 x n, sensor frame), evenly by stride.
   void assign(const Eigen::Matrix3Xf& points, int max_points);
 
+  /// The even prefix of another scan of at least `wanted` points, about its own centroid.
+  void assign(const ScanBuffer& scan, int wanted);
+
   int size() const { return static_cast<int>(x_.size()); }
   const float* x() const { return x_.data(); }
   const float* y() const { return y_.data(); }
@@ -25,6 +28,8 @@ class ScanBuffer {
   int prefix(int wanted) const;
 
  private:
+  void take(const Eigen::Matrix3Xf& points);  // the columns order_ lists
+
   std::vector<float> x_, y_, z_;
   std::vector<int> finite_, order_;
   Eigen::Vector3d centroid_ = Eigen::Vector3d::Zero();

@@ -28,11 +28,11 @@ const char* name(TerminationReason reason);  ///< "converged", "max_iterations",
 
 struct RegistrationOptions {
   std::string method = "robust";  ///< "robust" (Levenberg-Marquardt) or "gauss_newton" (as in the paper)
-  int max_iterations = 40;
+  int max_iterations = 60;
   double rotation_epsilon = 1e-4;     ///< stop when a step turns less [rad] ...
   double translation_epsilon = 1e-4;  ///< ... and moves less [m]
   double cost_epsilon = 1e-4;         ///< ... or the cost falls by less than this share
-  double kernel_scale_start = 0.3;    ///< Geman-McClure scale of the first iterations [m]
+  double kernel_scale_start = 2.0;    ///< Geman-McClure scale of the first iterations [m]
   double kernel_scale_end = 0.05;     ///< and of the last ones [m]
   double inlier_distance = 0.05;      ///< |f| below this is an inlier [m]
   double min_inlier_ratio = 0.4;      ///< of the points in known space; fewer is no success
