@@ -1,1 +1,29 @@
-# filled by its layer
+# The simulated world: analytic scenes, a depth camera, drifting odometry. Needs the core only.
+ttsdf_library(ttsdf_simulation
+  SOURCES
+    src/simulation/solid.cpp
+    src/simulation/analytic_scene.cpp
+    src/simulation/scene_sampling.cpp
+    src/simulation/scene_builder.cpp
+    src/simulation/furniture.cpp
+    src/simulation/apartment.cpp
+    src/simulation/building.cpp
+    src/simulation/worlds.cpp
+    src/simulation/depth_noise.cpp
+    src/simulation/depth_renderer.cpp
+    src/simulation/depth_camera.cpp
+    src/simulation/trajectory.cpp
+    src/simulation/drifting_odometry.cpp
+    src/simulation/moving_clutter.cpp
+  PUBLIC ttsdf_core Eigen3::Eigen
+  PRIVATE Threads::Threads)
+# Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
+set_source_files_properties(src/simulation/depth_renderer.cpp PROPERTIES
+  COMPILE_OPTIONS "-O3;-fno-math-errno;-fno-trapping-math;-Wno-psabi")
+
+ttsdf_unit_test(simulation/solid_test.cpp LIBS ttsdf_simulation)
+ttsdf_unit_test(simulation/analytic_scene_test.cpp LIBS ttsdf_simulation)
+ttsdf_unit_test(simulation/worlds_test.cpp LIBS ttsdf_simulation)
+ttsdf_unit_test(simulation/depth_camera_test.cpp LIBS ttsdf_simulation)
+ttsdf_unit_test(simulation/trajectory_test.cpp LIBS ttsdf_simulation)
+ttsdf_unit_test(simulation/drifting_odometry_test.cpp LIBS ttsdf_simulation)
