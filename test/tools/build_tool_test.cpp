@@ -1,0 +1,142 @@
+// From depth frames to a map to a sweep, with the tools alone.
+#include <gtest/gtest.h>
+#include <json/value.h>
+
+#include "frames_fixture.h"
+#include "tool_process.h"
+#include "ttsdf_localization/map/map_io.h"
+#include "ttsdf_localization/tools/json_file.h"
+
+namespace ttsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+class BuildTool : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TestFolder;
+    writeFrames(*folder_ / "frames", 24);
+    first_ = build("frames", "map.ttsdf", {"--report", *folder_ / "report.json"});
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+  static ToolRun build(const std::string& frames, const std::string& map,
+                       std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{
+        "--frames", *folder_ / frames, "--output", *folder_ / map, "--every", "2", "--voxel-size",
+        "0.05",     "--truncation",    "0.15",     "--max-depth",  "5"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return runProcess("ttsdf_build", arguments);
+  }
+  // A copy of the frames to spoil.
+  static std::string copyFrames(const std::string& name) {
+    fs::copy(*folder_ / "frames", *folder_ / name);
+    return *folder_ / name;
+  }
+
+  static TestFolder* folder_;
+  static ToolRun first_;
+};
+TestFolder* BuildTool::folder_ = nullptr;
+ToolRun BuildTool::first_;
+
+TEST_F(BuildTool, MakesAMapAndAReport) {
+  ASSERT_EQ(first_.exit_code, 0) << first_.err;
+  const auto map = loadMap(*folder_ / "map.ttsdf");
+  EXPECT_NEAR(map.geometry.voxel_size, 0.05, 1e-9);
+  EXPECT_NEAR(map.truncation, 0.15, 1e-9);
+  EXPECT_LE(map.train.rank1(), 40);
+  const auto report = parseJson(fileText(*folder_ / "report.json"), "report");
+  EXPECT_EQ(report["frames_used"].asInt(), 12);
+  EXPECT_EQ(report["frames_skipped"].asInt(), 0);
+  EXPECT_EQ(report["file_bytes"].asUInt64(), fs::file_size(*folder_ / "map.ttsdf"));
+  EXPECT_TRUE(report["seconds"].isObject());
+  EXPECT_TRUE(first_.err.empty()) << "stderr is no terminal here: no progress on it: " << first_.err;
+}
+
+TEST_F(BuildTool, SweepOnTheOtherFramesSucceeds) {
+  ASSERT_EQ(first_.exit_code, 0) << first_.err;
+  const auto log = *folder_ / "log.csv";
+  const std::vector<std::string> arguments{"--map",          *folder_ / "map.ttsdf",
+                                           "--frames",       *folder_ / "frames",
+                                           "--output",       log,
+                                           "--every",        "6",
+                                           "--offset",       "1",
+                                           "--stride",       "3",
+                                           "--max-depth",    "5",
+                                           "--map-every",    "2",
+                                           "--translations", "0.1",
+                                           "--rotations",    "0.05",
+                                           "--directions",   "1",
+                                           "--method",       "prior",
+                                           "--method",       "ours=track",
+                                           "--method",       "icp_plane"};
+  const auto run = runProcess("ttsdf_evaluate", arguments);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto lines = linesOf(fileText(log));
+  ASSERT_EQ(lines.size(), 1u + 3 * 4 * 2);
+  for (const auto& line : lines) {
+    const auto cells = cellsOf(line);
+    if (cells[1] == "ours") EXPECT_LT(std::stod(cells[6]), 0.03) << line;
+    if (cells[1] == "prior" && cells[3] == "translation") EXPECT_NEAR(std::stod(cells[6]), 0.1, 1e-6) << line;
+    if (cells[1] == "icp_plane") EXPECT_LT(std::stod(cells[6]), 0.05) << line;
+  }
+  EXPECT_NE(run.out.find("ours"), std::string::npos);
+  EXPECT_EQ(runProcess("ttsdf_evaluate", arguments).exit_code, 0);
+  EXPECT_EQ(linesOf(fileText(log)).size(), lines.size()) << "a finished run adds nothing";
+}
+
+TEST_F(BuildTool, UnreadableFramesAreSkippedNamedAndCounted) {
+  const auto frames = copyFrames("spoilt");
+  std::ofstream(frames + "/frame-000002.depth.png") << "no picture";
+  std::ofstream(frames + "/frame-000004.pose.txt") << "nan nan nan nan\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  const auto run = build("spoilt", "spoilt.ttsdf", {"--report", *folder_ / "spoilt.json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.err.find("frame-000002"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("frame-000004"), std::string::npos) << run.err;
+  const auto report = parseJson(fileText(*folder_ / "spoilt.json"), "report");
+  EXPECT_EQ(report["frames_skipped"].asInt(), 2);
+  EXPECT_EQ(report["frames_used"].asInt(), 10);
+  EXPECT_EQ(report["skipped"].size(), 2u);
+}
+
+TEST_F(BuildTool, FolderWithoutPosesIsAnError) {
+  const auto frames = copyFrames("noposes");
+  for (const auto& entry : fs::directory_iterator(frames)) {
+    if (entry.path().string().find(".pose.txt") != std::string::npos) fs::remove(entry.path());
+  }
+  expectError(build("noposes", "x.ttsdf"), 1, {"noposes", "pose"});
+  EXPECT_FALSE(fs::exists(*folder_ / "x.ttsdf"));
+}
+
+TEST_F(BuildTool, FailureLeavesAnOldMapAlone) {
+  const auto map = folder_->write("old.ttsdf", "old");
+  expectError(build("absent", "old.ttsdf"), 1, {"absent"});
+  EXPECT_EQ(fileText(map), "old");
+}
+
+TEST_F(BuildTool, KeepsTheVolumeAndStartsFromIt) {
+  const auto vdb = *folder_ / "volume.vdb";
+  ASSERT_EQ(build("frames", "kept.ttsdf", {"--save-vdb", vdb}).exit_code, 0);
+  const auto run = runProcess("ttsdf_build", {"--vdb", vdb, "--output", *folder_ / "again.ttsdf"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(fileText(*folder_ / "again.ttsdf"), fileText(*folder_ / "kept.ttsdf"));
+}
+
+TEST_F(BuildTool, WrongUsageIsTwo) {
+  const auto out = *folder_ / "x.ttsdf";
+  expectError(runProcess("ttsdf_build", {"--output", out}), 2, {"--frames", "--mesh", "--vdb"});
+  expectError(runProcess("ttsdf_build", {"--frames", "a", "--vdb", "b", "--output", out}), 2, {"got 2"});
+  expectError(runProcess("ttsdf_build", {"--frames", "a"}), 2, {"--output"});
+  expectError(runProcess("ttsdf_build", {"--frames", "a", "--output", out, "--voxel-size", "-1"}), 2,
+              {"voxel_size", "-1"});
+  expectError(build("frames", "x.ttsdf", {"--offset", "2"}), 2, {"offset"});
+  expectError(runProcess("ttsdf_build", {"--frames", "a", "--output", out, "--field", "esdf"}), 2,
+              {"esdf", "tsdf"});
+}
+
+}  // namespace
+}  // namespace ttsdf
