@@ -6,14 +6,18 @@ find_package(catkin REQUIRED COMPONENTS
 
 add_message_files(DIRECTORY msg FILES
   TtSdfMap.msg
-  LocalizationStatus.msg)
+  LocalizationStatus.msg
+  MapReport.msg
+  BuildProgress.msg)
 
 add_service_files(DIRECTORY srv FILES
   GetMap.srv
   LoadMap.srv
   SetMap.srv
   Relocalize.srv
-  GlobalLocalization.srv)
+  GlobalLocalization.srv
+  BuildMap.srv
+  SaveMap.srv)
 
 generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 

@@ -1,0 +1,18 @@
+#include <exception>
+
+#include <ros/ros.h>
+
+#include "ttsdf_localization/ros/map_builder_ros.h"
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "map_builder");
+  ros::NodeHandle nh, private_nh("~");
+  try {
+    const ttsdf::MapBuilderRos builder(nh, private_nh);
+    ros::spin();
+  } catch (const std::exception& error) {
+    ROS_FATAL_STREAM(error.what());
+    return 1;
+  }
+  return 0;
+}

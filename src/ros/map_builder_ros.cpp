@@ -1,0 +1,333 @@
+#include "ttsdf_localization/ros/map_builder_ros.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include <visualization_msgs/Marker.h>
+
+#include "ttsdf_localization/BuildProgress.h"
+#include "ttsdf_localization/map/map_io.h"
+#include "ttsdf_localization/mapping/surface_mesh.h"
+#include "ttsdf_localization/ros/map_build_request.h"
+#include "ttsdf_localization/ros/map_visualization.h"
+
+namespace ttsdf {
+
+namespace {
+
+constexpr double kProgressPeriod = 0.1;                 ///< least time between two progress messages [s]
+constexpr std::size_t kMaxShownVoxels = 100'000'000;  ///< 400 MB when decompressed
+
+}  // namespace
+
+MapBuilderRos::MapBuilderRos(ros::NodeHandle nh, ros::NodeHandle private_nh)
+    : options_(loadMapBuilderOptions(private_nh)),
+      nh_(nh),
+      private_nh_(private_nh),
+      service_nh_(nh),
+      private_service_nh_(private_nh),
+      diagnostics_(nh, private_nh, private_nh.getNamespace()) {
+  service_nh_.setCallbackQueue(&service_queue_);
+  private_service_nh_.setCallbackQueue(&service_queue_);
+  advertise();
+  if (!options_.map_file.empty()) use(readFile(options_.map_file));
+
+  fuser_ = std::make_unique<ScanFuser>(options_.fusion, options_.queue, [this] { publishProgress(false); });
+  source_ = std::make_unique<PosedCloudSource>(
+      nh_, options_.global_frame_id, options_.selection, options_.queue.queue_size,
+      [this](const sensor_msgs::PointCloud2ConstPtr& cloud, const Eigen::Isometry3d& T_map_sensor) {
+        fuser_->push(cloud, T_map_sensor);
+      });
+  if (options_.surface_period > 0.0) {
+    surface_timer_ = service_nh_.createWallTimer(ros::WallDuration(options_.surface_period),
+                                                 [this](const ros::WallTimerEvent&) { publishFusedSurface(); });
+  }
+  diagnostics_.setHardwareID("none");
+  diagnostics_.add("map builder", this, &MapBuilderRos::diagnose);
+  diagnostics_timer_ = nh_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
+    diagnostics_.force_update();
+    warnWhenQuiet();
+  });
+  publishProgress(true);
+  // Two threads: a second request gets its answer ("busy", a reset) while the first is at work.
+  service_spinner_ = std::make_unique<ros::AsyncSpinner>(2, &service_queue_);
+  service_spinner_->start();
+}
+
+MapBuilderRos::~MapBuilderRos() {
+  stopping_ = true;
+  diagnostics_timer_.stop();
+  surface_timer_.stop();
+  for (auto& service : services_) service.shutdown();
+  service_spinner_.reset();
+  // Its thread asks the source for counts, and the source hands clouds to it: thread first, then source, then fuser.
+  fuser_->stop();
+  source_.reset();
+}
+
+void MapBuilderRos::advertise() {
+  // Both are costly for a large map, so they are made when somebody wants to see them.
+  const auto show_surface = [this](const ros::SingleSubscriberPublisher&) { publishMapSurface(); };
+  const auto show_slice = [this](const ros::SingleSubscriberPublisher&) { publishSlice(); };
+  surface_ = private_service_nh_.advertise<visualization_msgs::Marker>("surface", 1, show_surface, {}, {}, true);
+  slice_ = private_service_nh_.advertise<sensor_msgs::PointCloud2>("slice", 1, show_slice);
+  progress_ = private_nh_.advertise<ttsdf_localization::BuildProgress>("progress", 1, true);
+  map_ = std::make_unique<MapPublisher>(service_nh_);
+  services_ = {private_service_nh_.advertiseService("build_map", &MapBuilderRos::buildMap, this),
+               private_service_nh_.advertiseService("save_map", &MapBuilderRos::saveMap, this),
+               private_service_nh_.advertiseService("load_map", &MapBuilderRos::loadMap, this),
+               private_service_nh_.advertiseService("reset", &MapBuilderRos::reset, this)};
+}
+
+// ---- services --------------------------------------------------------------------------------------------------------
+
+bool MapBuilderRos::buildMap(ttsdf_localization::BuildMap::Request& request,
+                             ttsdf_localization::BuildMap::Response& response) {
+  const std::unique_lock<std::mutex> lock(build_mutex_, std::try_to_lock);
+  if (!lock) {
+    response.message = "another build is running";
+    return true;
+  }
+  cancel_ = false;
+  try {
+    if (!request.filename.empty()) requireAbsolutePath("filename", request.filename);
+    BuiltMap built = build(request);
+    if (!request.filename.empty()) writeFileAtomically(request.filename, built.bytes);
+    response.map_id = fileInfo(built.bytes.data(), built.bytes.size()).map_id;
+    response.report = toMessage(built.report, built.map, response.map_id);
+    use(std::move(built.bytes));
+    response.message = summary(response.report);
+    response.success = true;
+    ROS_INFO_STREAM("Built " << response.message);
+  } catch (const std::exception& error) {
+    response.success = false;
+    response.message = error.what();
+    ROS_ERROR_STREAM("No map built: " << error.what());
+  }
+  reportStep("fusing", 0.0);
+  return true;
+}
+
+BuiltMap MapBuilderRos::build(const ttsdf_localization::BuildMap::Request& request) {
+  const BuildOptions options = buildOptionsOf(request, options_.build);
+  const BuildProgress progress = [this](const std::string& step, double share) {
+    reportStep(step, share);
+    return !cancelled();
+  };
+  if (request.source.empty()) return buildFromFused(options, progress);
+  requireAbsolutePath("source", request.source);
+  return buildMapFromFile(request.source, request.scale, options_.fusion, options, progress);
+}
+
+BuiltMap MapBuilderRos::buildFromFused(const BuildOptions& options, const BuildProgress& progress) {
+  reportStep("fusing waiting clouds", 0.0);
+  if (!fuser_->flush([this] { return cancelled(); })) throw std::runtime_error("cancelled");
+  SampledField field;
+  std::size_t frames = 0;
+  // Only sampling needs the volume: fusion goes on while the field is compressed.
+  fuser_->withVolume([&](const TsdfVolume& volume) {
+    if (volume.empty()) {
+      const auto counts = source_->counts();
+      throw std::runtime_error("nothing was fused yet: " + std::to_string(counts.received) + " clouds received on " +
+                               source_->topic() + ", " + std::to_string(counts.without_transform) +
+                               " without a transform to " + options_.global_frame_id);
+    }
+    frames = volume.frameCount();
+    field = sampleField(volume, options, progress);
+  });
+  BuiltMap built = compress(field, options_.fusion, options, progress);
+  built.report.frames = frames;
+  return built;
+}
+
+bool MapBuilderRos::saveMap(ttsdf_localization::SaveMap::Request& request,
+                            ttsdf_localization::SaveMap::Response& response) {
+  try {
+    if (request.filename.empty() && request.vdb_filename.empty()) {
+      throw std::invalid_argument("got neither filename nor vdb_filename, wanted at least one");
+    }
+    if (!request.filename.empty()) {
+      requireAbsolutePath("filename", request.filename);
+      const auto held = map_->held();
+      if (!held) throw std::runtime_error("no map to save: none was built or loaded yet");
+      writeFileAtomically(request.filename, held->bytes);
+      response.map_id = held->map_id;
+      response.message = "saved map " + held->map_id + " to " + request.filename + ". ";
+    }
+    if (!request.vdb_filename.empty()) {
+      requireAbsolutePath("vdb_filename", request.vdb_filename);
+      fuser_->withVolume([&](const TsdfVolume& volume) {
+        if (volume.empty()) throw std::runtime_error("no volume to save: nothing was fused yet");
+        volume.saveVdb(request.vdb_filename);
+      });
+      response.message += "saved the fused volume to " + request.vdb_filename + ".";
+    }
+    response.success = true;
+  } catch (const std::exception& error) {
+    response.success = false;
+    response.message += error.what();
+    ROS_ERROR_STREAM("Not saved: " << error.what());
+  }
+  return true;
+}
+
+bool MapBuilderRos::loadMap(ttsdf_localization::LoadMap::Request& request,
+                            ttsdf_localization::LoadMap::Response& response) {
+  try {
+    requireAbsolutePath("filename", request.filename);
+    use(readFile(request.filename));
+    response.map_id = map_->held()->map_id;
+    response.message = "loaded map " + response.map_id + " from " + request.filename;
+    response.success = true;
+  } catch (const std::exception& error) {
+    response.success = false;
+    response.message = error.what();
+    ROS_ERROR_STREAM("Map not loaded, the old one stays: " << error.what());
+  }
+  return true;
+}
+
+bool MapBuilderRos::reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Trigger::Response& response) {
+  cancel_ = true;  // a running build holds the volume
+  fuser_->reset();
+  source_->reset();
+  response.success = true;
+  response.message = "fused scans and counts are forgotten; the current map stays";
+  ROS_INFO_STREAM("Reset: " << response.message);
+  publishProgress(true);
+  return true;
+}
+
+void MapBuilderRos::use(std::vector<std::uint8_t> bytes) {
+  map_->set(std::move(bytes));
+  publishMapSurface();
+  publishSlice();
+}
+
+// ---- outputs ---------------------------------------------------------------------------------------------------------
+
+void MapBuilderRos::publishMapSurface() {
+  if (surface_.getNumSubscribers() == 0) return;
+  const std::lock_guard<std::mutex> lock(surface_mutex_);
+  const auto held = map_->held();
+  if (!held || held->map_id == shown_map_id_) return;
+  try {
+    if (held->map->geometry.voxelCount() > kMaxShownVoxels) {
+      throw std::runtime_error("the map has " + std::to_string(held->map->geometry.voxelCount()) +
+                               " voxels, which is too much to decompress for display");
+    }
+    surface_.publish(surfaceMarker(extractSurface(*held->map), options_.surface_triangles, held->map->frame_id,
+                                   ros::Time::now()));
+    shown_map_id_ = held->map_id;
+  } catch (const std::exception& error) {
+    ROS_WARN_STREAM("No surface of map " << held->map_id << ": " << error.what());
+  }
+}
+
+void MapBuilderRos::publishFusedSurface() {
+  if (surface_.getNumSubscribers() == 0) return;
+  const std::uint32_t fused = fuser_->counts().fused;
+  const std::unique_lock<std::mutex> build_lock(build_mutex_, std::try_to_lock);
+  if (!build_lock) return;  // the surface of the map that is being built comes soon
+  const std::lock_guard<std::mutex> lock(surface_mutex_);
+  if (fused == shown_scans_) return;
+  try {
+    SurfaceMesh mesh;
+    fuser_->withVolume([&](const TsdfVolume& volume) { mesh = extractSurface(volume); });
+    surface_.publish(surfaceMarker(mesh, options_.surface_triangles, options_.global_frame_id, ros::Time::now()));
+    shown_scans_ = fused;
+    shown_map_id_.clear();
+  } catch (const std::exception& error) {
+    ROS_WARN_STREAM_THROTTLE(10.0, "No surface of the fused scans: " << error.what());
+  }
+}
+
+void MapBuilderRos::publishSlice() {
+  if (slice_.getNumSubscribers() == 0 || !map_) return;
+  const auto held = map_->held();
+  if (!held) return;
+  try {
+    const auto field = makeField(*held->map);
+    const double range = held->map->clamp_positive > 0.0 ? held->map->clamp_positive : 10.0 * held->map->geometry.voxel_size;
+    slice_.publish(sliceCloud(*field, options_.slice_height, held->map->geometry.voxel_size, range, held->map->frame_id,
+                              ros::Time::now()));
+  } catch (const std::exception& error) {
+    ROS_WARN_STREAM("No slice: " << error.what());
+  }
+}
+
+void MapBuilderRos::reportStep(const std::string& step, double share) {
+  bool changed = false;
+  {
+    const std::lock_guard<std::mutex> lock(progress_mutex_);
+    changed = step != step_;
+    step_ = step;
+    share_ = share;
+  }
+  publishProgress(changed);
+}
+
+void MapBuilderRos::publishProgress(bool now) {
+  ttsdf_localization::BuildProgress message;
+  {
+    const std::lock_guard<std::mutex> lock(progress_mutex_);
+    const auto time = ros::WallTime::now();
+    if (!now && (time - last_progress_).toSec() < kProgressPeriod) return;
+    last_progress_ = time;
+    message.step = step_;
+    message.share = static_cast<float>(share_);
+  }
+  const auto input = source_ ? source_->counts() : PosedCloudSource::Counts{};
+  const auto fusion = fuser_ ? fuser_->counts() : ScanFuser::Counts{};
+  message.header.stamp = ros::Time::now();
+  message.header.frame_id = options_.global_frame_id;
+  message.received = input.received;
+  message.skipped = input.skipped;
+  message.without_transform = input.without_transform;
+  message.waiting = fusion.waiting;
+  message.dropped = fusion.dropped;
+  message.refused = fusion.refused;
+  message.fused = fusion.fused;
+  progress_.publish(message);
+}
+
+void MapBuilderRos::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  using Level = diagnostic_msgs::DiagnosticStatus;
+  const auto input = source_->counts();
+  const auto fusion = fuser_->counts();
+  const auto held = map_->held();
+  status.summary(Level::OK, "fusing");
+  if (input.received == 0) status.mergeSummaryf(Level::WARN, "no cloud on %s yet", source_->topic().c_str());
+  if (!input.last_transform_error.empty()) status.mergeSummary(Level::WARN, input.last_transform_error);
+  if (fusion.dropped > 0) status.mergeSummaryf(Level::WARN, "%u clouds dropped: fusion is slower than they come", fusion.dropped);
+  if (fusion.refused > 0) status.mergeSummary(Level::WARN, "last refused cloud: " + fusion.last_error);
+  status.add("clouds received", input.received);
+  status.add("clouds not selected", input.skipped);
+  status.add("clouds without transform", input.without_transform);
+  status.add("clouds waiting", fusion.waiting);
+  status.add("clouds dropped", fusion.dropped);
+  status.add("clouds refused", fusion.refused);
+  status.add("clouds fused", fusion.fused);
+  status.addf("volume memory [MB]", "%.1f", 1e-6 * static_cast<double>(fusion.volume_bytes));
+  status.add("map id", held ? held->map_id : "none");
+}
+
+void MapBuilderRos::warnWhenQuiet() {
+  const auto input = source_->counts();
+  const auto age = [this](const ros::WallTime& time) { return (ros::WallTime::now() - std::max(time, start_)).toSec(); };
+  std::string warning;
+  if (age(input.last_received) > options_.quiet_seconds) {
+    warning = "no cloud on " + source_->topic();
+  } else if (age(input.last_transformed) > options_.quiet_seconds) {
+    warning = "clouds come in, but there is no transform from '" + input.sensor_frame_id + "' to '" +
+              options_.global_frame_id + "' at their stamps";
+  }
+  // Once per silence: a bag that ended is no reason to go on about it.
+  if (!warning.empty() && warning != last_warning_) {
+    ROS_WARN_STREAM("Since " << options_.quiet_seconds << " s: " << warning);
+  }
+  last_warning_ = warning;
+}
+
+}  // namespace ttsdf

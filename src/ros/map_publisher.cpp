@@ -1,0 +1,56 @@
+#include "ttsdf_localization/ros/map_publisher.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "ttsdf_localization/TtSdfMap.h"
+#include "ttsdf_localization/map/map_io.h"
+#include "ttsdf_localization/ros/conversions.h"
+
+namespace ttsdf {
+
+MapPublisher::MapPublisher(ros::NodeHandle nh)
+    : publisher_(nh.advertise<ttsdf_localization::TtSdfMap>("ttsdf_map", 1, true)),
+      service_(nh.advertiseService("get_map", &MapPublisher::getMap, this)) {}
+
+std::string MapPublisher::set(std::vector<std::uint8_t> bytes) {
+  auto held = std::make_shared<Held>();
+  held->map = std::make_shared<TtSdfMap>(deserialize(bytes.data(), bytes.size()));
+  held->map_id = fileInfo(bytes.data(), bytes.size()).map_id;
+  held->bytes = std::move(bytes);
+  auto message = toMapMessage(held->bytes, held->map->frame_id);
+  message.header.stamp = ros::Time::now();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    held_ = held;
+  }
+  publisher_.publish(message);
+  return held->map_id;
+}
+
+std::shared_ptr<const MapPublisher::Held> MapPublisher::held() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return held_;
+}
+
+bool MapPublisher::getMap(ttsdf_localization::GetMap::Request& /*request*/,
+                          ttsdf_localization::GetMap::Response& response) {
+  const auto held = this->held();
+  response.success = held != nullptr;
+  if (held) {
+    response.map = toMapMessage(held->bytes, held->map->frame_id);
+    response.map.header.stamp = ros::Time::now();
+    response.message = "map " + held->map_id;
+  } else {
+    response.message = "no map: none was built or loaded yet";
+  }
+  return true;
+}
+
+void requireAbsolutePath(const std::string& field, const std::string& path) {
+  if (path.empty() || path.front() != '/') {
+    throw std::invalid_argument(field + ": got '" + path + "', wanted an absolute path (a node runs in a folder of its own)");
+  }
+}
+
+}  // namespace ttsdf

@@ -1,0 +1,150 @@
+// map_server_node as a user starts it: with a good file, a bad one, none.
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "ttsdf_localization/GetMap.h"
+#include "ttsdf_localization/map/map_io.h"
+#include "ttsdf_localization/tensor/tt_svd.h"
+
+namespace ttsdf {
+namespace {
+
+/// A child process whose output goes to a file.
+class Process {
+ public:
+  Process(const std::vector<std::string>& command, const std::string& output) {
+    pid_ = fork();
+    if (pid_ != 0) return;
+    const int file = open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    dup2(file, 1);
+    dup2(file, 2);
+    std::vector<char*> arguments;
+    for (const auto& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
+    arguments.push_back(nullptr);
+    execv(arguments[0], arguments.data());
+    _exit(127);
+  }
+  ~Process() {
+    if (pid_ > 0) {
+      kill(pid_, SIGINT);
+      wait();
+    }
+  }
+  /// Exit code; -1: ended by a signal.
+  int wait() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = 0;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+ private:
+  pid_t pid_ = 0;
+};
+
+/// Distance to the plane x = 0.5 in a small box.
+TtSdfMap smallMap() {
+  DenseTensor tensor(Dims(12, 10, 8));
+  for (int k = 0; k < 8; ++k) {
+    for (int j = 0; j < 10; ++j) {
+      for (int i = 0; i < 12; ++i) tensor(i, j, k) = 0.1F * static_cast<float>(i) - 0.5F;
+    }
+  }
+  TtSdfMap map;
+  map.train = ttSvd(tensor, {}).train;
+  map.geometry.dims = tensor.dims();
+  map.geometry.voxel_size = 0.1;
+  map.truncation = 0.3;
+  map.frame_id = "hall";
+  return map;
+}
+
+class MapServer : public testing::Test {
+ protected:
+  void SetUp() override {
+    char pattern[] = "/tmp/ttsdf_map_server_XXXXXX";
+    ASSERT_NE(mkdtemp(pattern), nullptr);
+    folder_ = pattern;
+    output_ = folder_ + "/output.txt";
+    map_file_ = folder_ + "/map.ttsdf";
+    saveMap(smallMap(), map_file_);
+  }
+  void TearDown() override { std::system(("rm -rf '" + folder_ + "'").c_str()); }
+
+  std::string output() const {
+    std::ifstream file(output_);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  std::vector<std::string> command(const std::string& argument) const {
+    std::vector<std::string> words{MAP_SERVER_NODE, "__name:=map_server", "__log:=" + folder_ + "/log"};
+    if (!argument.empty()) words.insert(words.begin() + 1, argument);
+    return words;
+  }
+
+  std::string folder_, output_, map_file_;
+};
+
+TEST_F(MapServer, OffersTheFileByTopicAndService) {
+  const Process server(command(map_file_), output_);
+  ASSERT_TRUE(ros::service::waitForService("get_map", ros::Duration(20.0))) << output();
+  const auto bytes = readFile(map_file_);
+  ttsdf_localization::GetMap get;
+  ASSERT_TRUE(ros::service::call("get_map", get));
+  EXPECT_TRUE(get.response.success) << get.response.message;
+  EXPECT_EQ(get.response.map.data, bytes);
+  EXPECT_EQ(get.response.map.header.frame_id, "hall");
+  EXPECT_EQ(get.response.map.map_id, fileInfo(bytes.data(), bytes.size()).map_id);
+  EXPECT_EQ(get.response.map.dims[0], 12U);
+  EXPECT_EQ(get.response.map.dims[2], 8U);
+
+  ros::NodeHandle nh;
+  const auto latched = ros::topic::waitForMessage<ttsdf_localization::TtSdfMap>("ttsdf_map", nh, ros::Duration(10.0));
+  ASSERT_NE(latched, nullptr);
+  EXPECT_EQ(latched->data, bytes);
+}
+
+TEST_F(MapServer, TakesTheFileFromAParameter) {
+  ros::param::set("/map_server/map_file", map_file_);
+  const Process server(command(""), output_);
+  EXPECT_TRUE(ros::service::waitForService("get_map", ros::Duration(20.0))) << output();
+  ros::param::del("/map_server/map_file");
+}
+
+TEST_F(MapServer, EndsWithAnErrorForADamagedFile) {
+  auto bytes = readFile(map_file_);
+  bytes[bytes.size() / 2] ^= 0x10;
+  writeFileAtomically(map_file_, bytes);
+  Process server(command(map_file_), output_);
+  EXPECT_EQ(server.wait(), 1);
+  EXPECT_NE(output().find(map_file_), std::string::npos) << output();
+}
+
+TEST_F(MapServer, EndsWithAnErrorForAForeignAMissingAndNoFile) {
+  writeFileAtomically(map_file_, {'P', 'N', 'G'});
+  EXPECT_EQ(Process(command(map_file_), output_).wait(), 1);
+  EXPECT_NE(output().find(map_file_), std::string::npos) << output();
+  EXPECT_EQ(Process(command(folder_ + "/missing.ttsdf"), output_).wait(), 1);
+  EXPECT_NE(output().find("missing.ttsdf"), std::string::npos) << output();
+  EXPECT_EQ(Process(command(""), output_).wait(), 1);
+  EXPECT_NE(output().find("map_file"), std::string::npos) << output();
+}
+
+}  // namespace
+}  // namespace ttsdf
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "map_server_test");
+  const ros::NodeHandle keep_alive;
+  return RUN_ALL_TESTS();
+}
