@@ -15,6 +15,7 @@ ttsdf_library(ttsdf_simulation
     src/simulation/trajectory.cpp
     src/simulation/drifting_odometry.cpp
     src/simulation/moving_clutter.cpp
+    src/simulation/simulated_rig.cpp
   PUBLIC ttsdf_core Eigen3::Eigen
   PRIVATE Threads::Threads)
 # Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
@@ -27,3 +28,4 @@ ttsdf_unit_test(simulation/worlds_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/depth_camera_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/trajectory_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/drifting_odometry_test.cpp LIBS ttsdf_simulation)
+ttsdf_unit_test(simulation/simulated_rig_test.cpp LIBS ttsdf_simulation)
