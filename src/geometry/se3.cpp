@@ -76,10 +76,13 @@ Eigen::Isometry3d orthonormalized(const Eigen::Matrix4d& matrix, double toleranc
     throw std::invalid_argument("pose: got NaN or infinite entries, wanted a finite 4x4 matrix");
   const Eigen::Matrix3d M = matrix.topLeftCorner<3, 3>();
   const double deviation = (M * M.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (deviation > tolerance || M.determinant() <= 0.0) {
+  const bool affine =
+      (matrix.row(3) - Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)).cwiseAbs().maxCoeff() <= tolerance;
+  if (deviation > tolerance || M.determinant() <= 0.0 || !affine) {
     std::ostringstream text;
     text << "pose: got a rotation block with |R R^T - I| = " << deviation << " and determinant "
-         << M.determinant() << ", wanted a rotation (|R R^T - I| <= " << tolerance << ")";
+         << M.determinant() << " above the row " << matrix.row(3)
+         << ", wanted a rotation (|R R^T - I| <= " << tolerance << ") above 0 0 0 1";
     throw std::invalid_argument(text.str());
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);

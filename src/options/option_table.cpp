@@ -1,19 +1,31 @@
 #include "ttsdf_localization/options/option_table.h"
 
+#include <cstdlib>
+#include <iomanip>
+#include <limits>
 #include <sstream>
 
 namespace ttsdf {
 
+namespace {
+/// The shortest text that reads back as the same number.
+std::string shortest(double value) {
+  std::string text;
+  for (int digits = 6; digits <= std::numeric_limits<double>::max_digits10; ++digits) {
+    std::ostringstream out;
+    out << std::setprecision(digits) << value;
+    text = out.str();
+    if (std::strtod(text.c_str(), nullptr) == value) break;
+  }
+  return text;
+}
+}  // namespace
+
 std::string toString(const OptionValue& value) {
   if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
-  if (const auto* text = std::get_if<std::string>(&value)) return *text;
-  std::ostringstream out;
-  std::visit(
-      [&out](const auto& v) {
-        if constexpr (std::is_arithmetic_v<std::decay_t<decltype(v)>>) out << v;
-      },
-      value);
-  return out.str();
+  if (const auto* integer = std::get_if<int>(&value)) return std::to_string(*integer);
+  if (const auto* number = std::get_if<double>(&value)) return shortest(*number);
+  return std::get<std::string>(value);
 }
 
 namespace option_detail {
@@ -31,7 +43,7 @@ const char* typeName(const OptionValue& value) {
 std::string rangeText(double min, double max, const std::vector<std::string>& choices) {
   std::ostringstream out;
   if (choices.empty()) {
-    out << "a value from " << min << " to " << max;
+    out << "a value from " << shortest(min) << " to " << shortest(max);
   } else {
     out << "one of";
     for (const auto& choice : choices) out << ' ' << choice;

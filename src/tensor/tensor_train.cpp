@@ -131,7 +131,8 @@ TensorTrain applyToMode(const TensorTrain& tt, int axis, const Eigen::MatrixXf& 
 TensorTrain differentiate(const TensorTrain& tt, int axis, double step) {
   if (!(step > 0.0))
     throw std::invalid_argument("differentiate: got step " + std::to_string(step) + ", wanted > 0");
-  return applyToMode(tt, axis, differenceMatrix(tt.dims()[axis], step));
+  const auto mode = static_cast<std::size_t>(modeOf(tt.axes(), axis));
+  return applyToMode(tt, axis, differenceMatrix(tt.modeSizes()[mode], step));
 }
 
 TensorTrain add(const TensorTrain& a, const TensorTrain& b) {
@@ -161,7 +162,7 @@ TensorTrain scale(const TensorTrain& tt, float factor) {
 }
 
 TensorTrain crop(const TensorTrain& tt, const Dims& begin, const Dims& size) {
-  if ((begin < 0).any() || (size < 1).any() || (begin + size > tt.dims()).any()) {
+  if ((begin < 0).any() || (size < 1).any() || (size > tt.dims() - begin).any()) {
     std::ostringstream text;
     text << "crop: got begin " << begin.transpose() << " and size " << size.transpose()
          << ", wanted a box inside " << tt.dims().transpose();

@@ -27,9 +27,18 @@ void checkOptions(const TtSvdOptions& options) {
   }
 }
 
-/// Leading left singular vectors from the Gram matrix (lower triangle). `allowed` is the sum of squares that
-/// may go.
-Subspace leadingSubspace(const Eigen::MatrixXd& gram, int max_rank, double allowed) {
+void checkExtents(const Dims& dims, const ModeOrder& axes) {
+  const bool permutation = std::is_permutation(axes.begin(), axes.end(), ModeOrder{{0, 1, 2}}.begin());
+  if ((dims >= 1).all() && permutation) return;
+  std::ostringstream text;
+  text << "ttSvd: got extents " << dims.transpose() << " and mode order " << axes[0] << axes[1] << axes[2]
+       << ", wanted extents >= 1 and a permutation of 012";
+  throw std::invalid_argument(text.str());
+}
+
+/// Leading left singular vectors from the Gram matrix (lower triangle) of a matrix of `columns` columns.
+/// `allowed` is the sum of squares that may go.
+Subspace leadingSubspace(const Eigen::MatrixXd& gram, Eigen::Index columns, int max_rank, double allowed) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);  // reads the lower triangle
   if (solver.info() != Eigen::Success) throw std::runtime_error("ttSvd: the eigensolver did not converge");
   const int n = static_cast<int>(gram.rows());
@@ -40,7 +49,7 @@ Subspace leadingSubspace(const Eigen::MatrixXd& gram, int max_rank, double allow
   int rank = n;
   while (rank > 1) {
     const double next = subspace.spectrum[static_cast<std::size_t>(rank - 1)];
-    const bool noise = next <= floor;
+    const bool noise = next <= floor || rank > columns;
     const bool over = max_rank > 0 && rank > max_rank;
     const bool spare = subspace.discarded + next * next <= allowed;
     if (!noise && !over && !spare) break;
@@ -57,8 +66,8 @@ double squaredNorm(const Eigen::MatrixXd& gram) { return gram.trace(); }
 
 TtSvdResult ttSvd(const Dims& dims, const SlabSource& source, const TtSvdOptions& options) {
   checkOptions(options);
-  if ((dims < 1).any()) throw std::invalid_argument("ttSvd: got an empty tensor, wanted extents >= 1");
   const ModeOrder axes = options.axes.value_or(defaultModeOrder(dims));
+  checkExtents(dims, axes);
   const int n1 = dims[axes[0]], n2 = dims[axes[1]], n3 = dims[axes[2]];
 
   Eigen::MatrixXf slab(n1, n3);
@@ -76,7 +85,7 @@ TtSvdResult ttSvd(const Dims& dims, const SlabSource& source, const TtSvdOptions
   const double allowed = 0.5 * options.tolerance * options.tolerance * total;
 
   TtSvdResult result;
-  Subspace left = leadingSubspace(gram, options.max_rank1, allowed);
+  Subspace left = leadingSubspace(gram, static_cast<Eigen::Index>(n2) * n3, options.max_rank1, allowed);
   const int r1 = static_cast<int>(left.basis.cols());
   const Eigen::MatrixXf first = left.basis.cast<float>();
 
@@ -88,7 +97,7 @@ TtSvdResult ttSvd(const Dims& dims, const SlabSource& source, const TtSvdOptions
     block.noalias() = first.transpose() * slab;
     addGram(block.transpose().eval(), gram3);
   }
-  Subspace right = leadingSubspace(gram3, options.max_rank2, allowed);
+  Subspace right = leadingSubspace(gram3, static_cast<Eigen::Index>(r1) * n2, options.max_rank2, allowed);
   const int r2 = static_cast<int>(right.basis.cols());
   const Eigen::MatrixXf last = right.basis.cast<float>().transpose();
 
@@ -105,9 +114,9 @@ TtSvdResult ttSvd(const Dims& dims, const SlabSource& source, const TtSvdOptions
 }
 
 TtSvdResult ttSvd(const DenseTensor& tensor, const TtSvdOptions& options) {
-  if (tensor.size() == 0) throw std::invalid_argument("ttSvd: got an empty tensor, wanted extents >= 1");
   const Dims& dims = tensor.dims();
   const ModeOrder axes = options.axes.value_or(defaultModeOrder(dims));
+  checkExtents(dims, axes);
   const auto stride = [&dims](int axis) {
     Eigen::Index s = 1;
     for (int a = 0; a < axis; ++a) s *= dims[a];

@@ -31,7 +31,7 @@ Vector6d logSe3(const Eigen::Isometry3d& T);
 Matrix6d adjoint(const Eigen::Isometry3d& T);
 
 /// Nearest rigid motion to a 4x4 matrix whose rotation block is only roughly orthonormal (polar projection).
-/// Throws std::invalid_argument for NaN, a mirrored or a singular block, or a block further than `tolerance`
+/// Throws std::invalid_argument for NaN, a last row other than 0 0 0 1, a mirrored or a singular block, or a block further than `tolerance`
 /// (largest absolute entry of R R^T - I) from a rotation.
 Eigen::Isometry3d orthonormalized(const Eigen::Matrix4d& matrix, double tolerance = 0.05);
 

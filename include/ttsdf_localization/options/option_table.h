@@ -12,7 +12,7 @@ namespace ttsdf {
 
 using OptionValue = std::variant<bool, int, double, std::string>;
 
-/// "true", "12", "0.5" or the text itself.
+/// "true", "12", "0.5" or the text itself; a number's text reads back as the same number.
 std::string toString(const OptionValue& value);
 
 template <class Options>
@@ -28,6 +28,7 @@ class OptionTable {
     std::function<void(Options&, const OptionValue&)> assign;
   };
 
+  /// Throws std::invalid_argument for a name that is taken, as do all of these.
   OptionTable& add(std::string name, int Options::*member, int min, int max, std::string unit,
                    std::string description);
   OptionTable& add(std::string name, double Options::*member, double min, double max, std::string unit,
@@ -50,6 +51,7 @@ class OptionTable {
   void validate(const Options& options) const;
 
  private:
+  OptionTable& append(Row row);
   const Row* find(const std::string& name) const;
   void checkRange(const Row& row, const OptionValue& value) const;
   std::vector<Row> rows_;

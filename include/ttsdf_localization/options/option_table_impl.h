@@ -17,64 +17,67 @@ OptionValue convert(const std::string& name, const OptionValue& value, const Opt
 }  // namespace option_detail
 
 template <class Options>
+OptionTable<Options>& OptionTable<Options>::append(Row row) {
+  if (has(row.name))
+    throw std::invalid_argument("option table: got '" + row.name + "' twice, wanted it once");
+  rows_.push_back(std::move(row));
+  return *this;
+}
+
+template <class Options>
 OptionTable<Options>& OptionTable<Options>::add(std::string name, int Options::*member, int min, int max,
                                                 std::string unit, std::string description) {
-  rows_.push_back({std::move(name),
-                   std::move(unit),
-                   static_cast<double>(min),
-                   static_cast<double>(max),
-                   {},
-                   std::move(description),
-                   [member](const Options& o) { return OptionValue(o.*member); },
-                   [member](Options& o, const OptionValue& v) { o.*member = std::get<int>(v); }});
-  return *this;
+  return append({std::move(name),
+                 std::move(unit),
+                 static_cast<double>(min),
+                 static_cast<double>(max),
+                 {},
+                 std::move(description),
+                 [member](const Options& o) { return OptionValue(o.*member); },
+                 [member](Options& o, const OptionValue& v) { o.*member = std::get<int>(v); }});
 }
 
 template <class Options>
 OptionTable<Options>& OptionTable<Options>::add(std::string name, double Options::*member, double min,
                                                 double max, std::string unit, std::string description) {
-  rows_.push_back({std::move(name),
-                   std::move(unit),
-                   min,
-                   max,
-                   {},
-                   std::move(description),
-                   [member](const Options& o) { return OptionValue(o.*member); },
-                   [member](Options& o, const OptionValue& v) { o.*member = std::get<double>(v); }});
-  return *this;
+  return append({std::move(name),
+                 std::move(unit),
+                 min,
+                 max,
+                 {},
+                 std::move(description),
+                 [member](const Options& o) { return OptionValue(o.*member); },
+                 [member](Options& o, const OptionValue& v) { o.*member = std::get<double>(v); }});
 }
 
 template <class Options>
 OptionTable<Options>& OptionTable<Options>::add(std::string name, bool Options::*member,
                                                 std::string description) {
-  rows_.push_back({std::move(name),
-                   "",
-                   0.0,
-                   1.0,
-                   {},
-                   std::move(description),
-                   [member](const Options& o) { return OptionValue(o.*member); },
-                   [member](Options& o, const OptionValue& v) { o.*member = std::get<bool>(v); }});
-  return *this;
+  return append({std::move(name),
+                 "",
+                 0.0,
+                 1.0,
+                 {},
+                 std::move(description),
+                 [member](const Options& o) { return OptionValue(o.*member); },
+                 [member](Options& o, const OptionValue& v) { o.*member = std::get<bool>(v); }});
 }
 
 template <class Options>
 OptionTable<Options>& OptionTable<Options>::add(std::string name, std::string Options::*member,
                                                 std::vector<std::string> choices, std::string description) {
-  rows_.push_back({std::move(name), "", 0.0, 0.0, std::move(choices), std::move(description),
-                   [member](const Options& o) { return OptionValue(o.*member); },
-                   [member](Options& o, const OptionValue& v) { o.*member = std::get<std::string>(v); }});
-  return *this;
+  return append({std::move(name), "", 0.0, 0.0, std::move(choices), std::move(description),
+                 [member](const Options& o) { return OptionValue(o.*member); },
+                 [member](Options& o, const OptionValue& v) { o.*member = std::get<std::string>(v); }});
 }
 
 template <class Options>
 template <class Nested>
 OptionTable<Options>& OptionTable<Options>::add(Nested Options::*member, const OptionTable<Nested>& table) {
   for (const auto& row : table.rows()) {
-    rows_.push_back(
-        {row.name, row.unit, row.min, row.max, row.choices, row.description,
-         [member, get = row.get](const Options& o) { return get(o.*member); },
-         [member, assign = row.assign](Options& o, const OptionValue& v) { assign(o.*member, v); }});
+    append({row.name, row.unit, row.min, row.max, row.choices, row.description,
+            [member, get = row.get](const Options& o) { return get(o.*member); },
+            [member, assign = row.assign](Options& o, const OptionValue& v) { assign(o.*member, v); }});
   }
   return *this;
 }

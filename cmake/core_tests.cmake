@@ -1,0 +1,9 @@
+# Unit tests of the core layer: options, geometry, tensor train, field, registration.
+ttsdf_unit_test(options/option_table_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(geometry/se3_test.cpp LIBS ttsdf_core)
+
+ttsdf_unit_test(tensor/tensor_train_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(tensor/differentiate_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(tensor/gram_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(tensor/tt_svd_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(tensor/round_test.cpp LIBS ttsdf_core)
