@@ -8,6 +8,8 @@ find_library(LZMA_LIBRARY lzma REQUIRED)
 ttsdf_library(ttsdf_core
   SOURCES
     src/options/option_table.cpp
+    src/map/tt_sdf_map.cpp
+    src/map/map_io.cpp
     src/geometry/se3.cpp
     src/tensor/dense_tensor.cpp
     src/tensor/tensor_train.cpp
@@ -33,5 +35,18 @@ ttsdf_library(ttsdf_core
     src/registration/start_poses.cpp
     src/registration/search.cpp
     src/registration/global_localization.cpp
+    src/localization/localization_types.cpp
+    src/localization/localizer_options.cpp
+    src/localization/gates.cpp
+    src/localization/pose_covariance.cpp
+    src/localization/motion_model.cpp
+    src/localization/global_job.cpp
+    src/localization/localizer.cpp
+    src/localization/localizer_recovery.cpp
   PUBLIC Eigen3::Eigen
   PRIVATE ZLIB::ZLIB Threads::Threads ${ZSTD_LIBRARY} ${LZMA_LIBRARY})
+
+ttsdf_unit_test(localization/pose_covariance_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(localization/motion_model_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(localization/gates_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(localization/localizer_test.cpp LIBS ttsdf_core)

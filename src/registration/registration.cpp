@@ -8,6 +8,7 @@
 #include "descent.h"
 #include "minimizer.h"
 #include "result.h"
+#include "start_poses.h"
 #include "ttsdf_localization/field/long_range_field.h"
 #include "uncertainty.h"
 
@@ -63,6 +64,9 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
                "Standard deviation reported for weak directions")
           .add("long_range", &O::long_range,
                "Pull scans in by a coarse distance field made when the map is loaded")
+          .add("restarts", &O::restarts, 0, 1000, "",
+               "Further starts around the prior when the first explains the scan badly")
+          .add("restart_score", &O::restart_score, 0.0, 1.0, "", "A score above this explains the scan badly")
           .add("min_points", &O::min_points, 6, 100000, "", "Fewer usable points are refused")
           .add("max_points", &O::max_points, 6, 10000000, "", "More points are sub-sampled evenly");
   return table;
@@ -116,7 +120,8 @@ class Registration::Impl {
     StageOptions stage = finalStage();
     stage.model.robust = false;
     stage.model.limit_gradient = false;
-    finish(gaussNewton(*field_, scan_, T_prior, stage), result.iterations, result);
+    const StageResult solved = gaussNewton(*field_, scan_, T_prior, stage);
+    finish(solved, solved.iterations, result);
   }
 
   StageOptions finalStage() const {
@@ -135,23 +140,54 @@ class Registration::Impl {
   /// scan's own residual; then the map itself, first on a part of the points, last on all.
   void solveRobust(const Eigen::Isometry3d& T_prior, RegistrationResult& result) {
     Eigen::Isometry3d T = T_prior;
-    int iterations = long_range_ ? pullIn(T) : 0;
+    int iterations = 0;
+    if (long_range_) {
+      coarse_.assign(scan_, kCoarsePoints);
+      iterations += pullIn(T);
+    }
+    StageResult best = refine(T, iterations);
+    if (long_range_ && options_.restarts > 0 && score(best.equations) > options_.restart_score) {
+      restart(T_prior, best, iterations);
+    }
+    finish(best, iterations, result);
+  }
+
+  /// The map itself, from a pose of the far field's accuracy.
+  StageResult refine(const Eigen::Isometry3d& T_start, int& iterations) {
     StageOptions stage = finalStage();
     stage.points = scan_.prefix(kMiddlePoints);
     stage.model = model(std::max(kMiddleScale, options_.kernel_scale_end));
     stage.max_iterations = std::min(kMiddleIterations, options_.max_iterations);
     stage.cost_epsilon = kMiddleCostEpsilon;
-    const StageResult middle = levenbergMarquardt(*field_, scan_, T, stage);
-    iterations += middle.iterations;
+    const StageResult middle = levenbergMarquardt(*field_, scan_, T_start, stage);
     StageOptions last = finalStage();
-    last.max_iterations = std::max(2, options_.max_iterations - iterations);
-    finish(levenbergMarquardt(*field_, scan_, middle.T_map_sensor, last), iterations, result);
+    last.max_iterations = std::max(2, options_.max_iterations - middle.iterations);
+    StageResult result = levenbergMarquardt(*field_, scan_, middle.T_map_sensor, last);
+    iterations += middle.iterations + result.iterations;
+    return result;
+  }
+
+  /// A local minimum shows by its score: descend again from poses around the prior and keep what explains the
+  /// scan best.
+  void restart(const Eigen::Isometry3d& T_prior, StageResult& best, int& iterations) {
+    Matrix6d spread = Matrix6d::Zero();
+    spread.diagonal().head<3>().setConstant(kRestartRotation * kRestartRotation);
+    spread.diagonal().tail<3>().setConstant(kRestartTranslation * kRestartTranslation);
+    DescentOptions descent;
+    descent.scales = {1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 0.3, 0.3, 0.15, 0.15};
+    const auto starts = startsAround(T_prior, spread, options_.restarts + 1, 0);
+    const auto found =
+        bestDistinct(descendAll(*long_range_, coarse_, starts, descent), kRestartsRefined, 0.05, 0.05);
+    iterations += static_cast<int>(starts.size() * descent.scales.size());
+    for (const Candidate& candidate : found) {
+      const StageResult other = refine(candidate.T_map_sensor, iterations);
+      if (score(other.equations) < score(best.equations)) best = other;
+    }
   }
 
   /// Descends in the far field; returns the iterations. The widest kernel is a few times the residual of the
   /// start.
   int pullIn(Eigen::Isometry3d& T) {
-    coarse_.assign(scan_, kCoarsePoints);
     const NormalEquations start =
         linearize(*long_range_, coarse_, coarse_.size(), T, model(options_.kernel_scale_end));
     if (start.valid == 0) return 1;
@@ -165,9 +201,9 @@ class Registration::Impl {
     return 1 + static_cast<int>(descent_.scales.size());
   }
 
-  void finish(const StageResult& stage, int iterations_before, RegistrationResult& result) {
+  void finish(const StageResult& stage, int iterations, RegistrationResult& result) {
     report(stage.equations, stage.T_map_sensor, result);
-    result.iterations = iterations_before + stage.iterations;
+    result.iterations = iterations;
     const double known = static_cast<double>(stage.equations.valid) / std::max(1, stage.equations.points());
     if (known < options_.min_known_ratio) {
       result.reason = TerminationReason::kOutsideMap;
@@ -205,6 +241,9 @@ class Registration::Impl {
   static constexpr int kMiddleIterations = 8;
   static constexpr double kMiddleScale = 0.1;  // [m] of the map's first stage
   static constexpr double kMiddleCostEpsilon = 3e-3;
+  static constexpr double kRestartTranslation = 0.4;  // [m] spread of the restarts
+  static constexpr double kRestartRotation = 0.15;    // [rad]
+  static constexpr std::size_t kRestartsRefined = 3;
   static constexpr double kClusterSize = 0.3;  // [m]
 
   std::shared_ptr<const DistanceField> field_;

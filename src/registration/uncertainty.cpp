@@ -10,6 +10,10 @@ namespace ttsdf {
 
 namespace {
 
+// Errors are correlated within a cluster, so more points than this say nothing more about the spread of
+// clusters.
+constexpr int kPoints = 1200;
+
 /// Score vectors w r J of the valid points with the key of the cell they fall into, sorted by cell.
 struct ClusteredScore {
   std::uint64_t cell;
@@ -23,17 +27,17 @@ std::uint64_t cellKey(float x, float y, float z, double size) {
   return quantise(x) | (quantise(y) << 21) | (quantise(z) << 42);
 }
 
-std::vector<ClusteredScore> scores(const DistanceField& field, const ScanBuffer& scan,
+std::vector<ClusteredScore> scores(const DistanceField& field, const ScanBuffer& scan, int count,
                                    const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model,
                                    double cluster) {
-  Eigen::Matrix3Xf lever(3, scan.size());
-  for (int n = 0; n < scan.size(); ++n) lever.col(n) << scan.x()[n], scan.y()[n], scan.z()[n];
+  Eigen::Matrix3Xf lever(3, count);
+  for (int n = 0; n < count; ++n) lever.col(n) << scan.x()[n], scan.y()[n], scan.z()[n];
   lever = T_map_sensor.linear().cast<float>() * lever;
   const Eigen::Matrix3Xf points = lever.colwise() + (T_map_sensor * scan.centroid()).cast<float>().eval();
   const FieldSamples samples = field.evaluate(points);
   std::vector<ClusteredScore> result;
-  result.reserve(static_cast<std::size_t>(scan.size()));
-  for (int n = 0; n < scan.size(); ++n) {
+  result.reserve(static_cast<std::size_t>(count));
+  for (int n = 0; n < count; ++n) {
     if (samples.states[static_cast<std::size_t>(n)] != PointState::kValid) continue;
     const double r = static_cast<double>(samples.values[n]);
     const double q = model.scale * model.scale / (r * r + model.scale * model.scale);
@@ -54,14 +58,15 @@ std::vector<ClusteredScore> scores(const DistanceField& field, const ScanBuffer&
 Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
                             const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model,
                             double cluster_size, double weak_threshold, double weak_sigma) {
-  const NormalEquations equations = linearize(field, scan, scan.size(), T_map_sensor, model);
+  const int count = scan.prefix(kPoints);
+  const NormalEquations equations = linearize(field, scan, count, T_map_sensor, model);
   const InformationAnalysis info = analyseInformation(equations, scan.radius());
   Vector6d s = Vector6d::Ones();
   s.head<3>().setConstant(1.0 / std::max(scan.radius(), 1e-3));
 
   Matrix6d B = Matrix6d::Zero();
   int clusters = 0;
-  const auto sorted = scores(field, scan, T_map_sensor, model, cluster_size);
+  const auto sorted = scores(field, scan, count, T_map_sensor, model, cluster_size);
   for (std::size_t begin = 0; begin < sorted.size();) {
     std::size_t end = begin;
     Vector6d sum = Vector6d::Zero();
