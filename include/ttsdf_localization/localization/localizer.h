@@ -1,0 +1,153 @@
+#pragma once
+// Localization of a stream of scans in one map: prior, registration, gates, and what to do when a scan does
+// not fit.
+//
+//                      setMap            guess fits, confirmed              scans refused
+//   no map ----------------> waiting ------------------------> tracking <----------------> degraded
+//                              ^  guess -> relocalizing            ^                           | lost_after_*
+//                              |                                   | confirmed                 v
+//                              +--- limits reached <--- relocalizing (near, then global) <--- lost
+//
+// No ROS, no threads, no clock: time is the stamps. The node and the offline localizer run the same class.
+// Not thread-safe; a GlobalJob is independent of it and may run in another thread.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ttsdf_localization/localization/gates.h"
+#include "ttsdf_localization/localization/localization_types.h"
+#include "ttsdf_localization/localization/localizer_options.h"
+#include "ttsdf_localization/localization/motion_model.h"
+
+namespace ttsdf {
+
+/// A global localization of one scan: takes seconds, owns all it needs.
+class GlobalJob {
+ public:
+  GlobalJob(int id, std::shared_ptr<const DistanceField> field, LocalizerScan scan,
+            std::optional<Eigen::Vector3d> gravity, const LocalizerOptions& options);
+  /// Runs to the end; never throws for bad points. `progress` returns false to cancel.
+  void run(const ProgressCallback& progress = {});
+
+  int id() const { return id_; }
+  const LocalizerScan& scan() const { return scan_; }
+  const RegistrationResult& result() const { return result_; }
+  /// Pose of the base found, valid if result().success.
+  Eigen::Isometry3d T_map_base() const { return result_.T_map_sensor * scan_.T_base_sensor.inverse(); }
+
+ private:
+  int id_;
+  std::shared_ptr<const DistanceField> field_;
+  LocalizerScan scan_;
+  std::optional<Eigen::Vector3d> gravity_;  ///< down in the sensor frame
+  RegistrationOptions registration_;
+  GlobalOptions global_;
+  Eigen::Vector3d map_down_;
+  RegistrationResult result_;
+};
+
+/// A field ready for registration.
+struct PreparedMap {
+  std::shared_ptr<const DistanceField> field;
+  std::unique_ptr<Registration> registration;
+};
+
+class Localizer {
+ public:
+  /// Throws std::invalid_argument for options out of range.
+  explicit Localizer(LocalizerOptions options = {});
+
+  /// What has to be computed before a field can be used; takes a while, so do it in another thread than the
+  /// scans. Throws std::invalid_argument for a null field or bad options.
+  static PreparedMap prepare(std::shared_ptr<const DistanceField> field, const RegistrationOptions& options);
+  /// Puts a map into use, at once; the pose is kept and has to prove itself.
+  void setMap(PreparedMap map);
+  void setMap(std::shared_ptr<const DistanceField> field) {
+    setMap(prepare(std::move(field), options_.registration));
+  }
+  bool hasMap() const { return registration_ != nullptr; }
+
+  /// Replaces whatever is known about the pose; tried on the next scans.
+  void setGuess(PoseGuess guess);
+  /// The next scan. Never throws for bad points.
+  LocalizationUpdate process(const LocalizerScan& scan);
+  /// Tries a guess on a scan that may have been processed already.
+  LocalizationUpdate relocalize(const LocalizerScan& scan, PoseGuess guess);
+
+  /// Starts a global localization: run the job anywhere, then hand it back. Throws std::logic_error without a
+  /// map.
+  GlobalJob beginGlobal(const LocalizerScan& scan, const std::optional<Eigen::Vector3d>& gravity);
+  LocalizationUpdate finishGlobal(const GlobalJob& job);
+  bool globalRunning() const { return global_running_; }
+
+  /// The clock went back (a bag loops): stamps and velocity are forgotten, map and correction are tried
+  /// again.
+  void timeJumpedBack();
+  /// Forgets the pose and every guess; keeps the map.
+  void reset();
+  /// New gates, motion and recovery options (what is safe to change while running). Throws
+  /// std::invalid_argument.
+  void setOptions(const LocalizerOptions& options);
+
+  LocalizerState state() const { return state_; }
+  const LocalizerOptions& options() const { return options_; }
+  /// Last believed pose of the base; empty if there was none since the start or the last reset.
+  std::optional<PoseGuess> lastPose() const;
+
+ private:
+  // localizer.cpp: a scan's way.
+  LocalizationUpdate handle(const LocalizerScan& scan);
+  LocalizationUpdate track(const LocalizerScan& scan);
+  LocalizationUpdate accept(const LocalizerScan& scan, const Matrix6d& prior_covariance,
+                            LocalizationUpdate& update);
+  LocalizationUpdate place(const LocalizerScan& scan, LocalizationUpdate& update);
+  LocalizationUpdate believe(const LocalizerScan& scan, LocalizationUpdate& update);
+  LocalizationUpdate refuse(const LocalizerScan& scan, const Refusal& refusal, LocalizationUpdate& update);
+  Refusal examine(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base_prior,
+                  double min_inlier_ratio, LocalizationUpdate& update) const;
+  void becomeLost(int searches_done);
+  /// Least inlier ratio while tracking, and after a search near the last pose.
+  double trackingInliers() const;
+  double recoveryInliers() const;
+  LocalizationUpdate blank(const LocalizerScan& scan) const;
+  void fillPose(const LocalizerScan& scan, const Matrix6d& prior_covariance,
+                LocalizationUpdate& update) const;
+  LocalizationUpdate finish(LocalizationUpdate& update) const;
+
+  // localizer_recovery.cpp: the way back.
+  LocalizationUpdate tryGuesses(const LocalizerScan& scan);
+  LocalizationUpdate recover(const LocalizerScan& scan);
+  LocalizationUpdate nextRung(const LocalizerScan& scan, LocalizationUpdate& update);
+  LocalizationUpdate wait(const LocalizerScan& scan);
+  LocalizationUpdate searchAround(const LocalizerScan& scan, const std::vector<Prediction>& candidates,
+                                  const SearchOptions& search);
+  Refusal judge(const LocalizationUpdate& found, double min_inlier_ratio) const;
+  bool searchDue(double stamp, double period);
+  Prediction recoveryPrior(const Prediction& prediction) const;
+  Prediction widened(Prediction prediction) const;
+
+  LocalizerOptions options_;
+  std::unique_ptr<Registration> registration_;
+  std::shared_ptr<const DistanceField> field_;
+  MotionModel motion_;
+  LocalizerState state_ = LocalizerState::kNoMap;
+
+  double last_stamp_;                     ///< of the last scan taken
+  std::vector<PoseGuess> guesses_;        ///< to be tried; the best fit wins
+  std::optional<PoseGuess> start_guess_;  ///< the last one from outside, tried again after a time jump
+  std::optional<PoseGuess> believed_;     ///< the last pose published as good
+  double usual_inliers_ = 0.0;            ///< slow average of the inlier ratio while tracking; 0: not known
+  int guess_attempts_ = 0;
+  int confirmations_left_ = 0;
+  int refused_in_row_ = 0;
+  double last_search_stamp_;
+  int searches_done_ = 0;
+  int globals_done_ = 0;
+  double last_global_stamp_;
+  bool global_running_ = false;
+  int global_id_ = 0;
+};
+
+}  // namespace ttsdf

@@ -1,0 +1,64 @@
+#pragma once
+// The prior of the next scan: the last correction carried on by odometry, or by the last velocity where there
+// is none.
+
+#include <optional>
+
+#include "ttsdf_localization/localization/localization_types.h"
+#include "ttsdf_localization/localization/localizer_options.h"
+
+namespace ttsdf {
+
+struct Prediction {
+  Eigen::Isometry3d T_map_base = Eigen::Isometry3d::Identity();
+  Matrix6d covariance = Matrix6d::Zero();  ///< left perturbation [rotation; translation] about the base
+};
+
+class MotionModel {
+ public:
+  explicit MotionModel(MotionOptions options = {}) : options_(std::move(options)) {}
+
+  void reset() { *this = MotionModel(options_); }
+  /// The velocity is no longer believed.
+  void stop() { twist_.setZero(); }
+  bool hasPose() const { return last_.has_value(); }
+
+  /// Pose of the base at the scan's stamp. Empty without a pose, or without an external prior where one is
+  /// asked for.
+  std::optional<Prediction> predict(const LocalizerScan& scan) const;
+  /// The same for a pose from outside.
+  Prediction predict(const PoseGuess& guess, const LocalizerScan& scan) const;
+
+  /// A tracked pose: the velocity follows from the one before.
+  void correct(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
+  /// A pose found by a search: the velocity is unknown.
+  void place(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
+
+  /// Twist of the base in its own frame [rad/s; m/s]; zero when unknown.
+  const Vector6d& twist() const { return twist_; }
+  double lastStamp() const { return last_ ? last_->stamp : 0.0; }
+  const Eigen::Isometry3d& lastPose() const { return last_->T_map_base; }
+  const Matrix6d& lastCovariance() const { return last_->covariance; }
+  /// Last known correction of the odometry, T_map_odom.
+  const std::optional<Eigen::Isometry3d>& correction() const { return T_map_odom_; }
+  void setOptions(const MotionOptions& options) { options_ = options; }
+
+ private:
+  struct Fix {
+    double stamp;
+    Eigen::Isometry3d T_map_base;
+    Matrix6d covariance;
+    std::optional<Eigen::Isometry3d> T_odom_base;
+  };
+
+  void remember(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
+  Matrix6d odometryNoise(const Eigen::Isometry3d& motion) const;
+  Matrix6d velocityNoise(double seconds) const;
+
+  MotionOptions options_;
+  std::optional<Fix> last_;
+  std::optional<Eigen::Isometry3d> T_map_odom_;
+  Vector6d twist_ = Vector6d::Zero();
+};
+
+}  // namespace ttsdf

@@ -1,0 +1,83 @@
+#include "ttsdf_localization/localization/gates.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace ttsdf {
+
+namespace {
+template <class... Values>
+std::string format(const char* pattern, Values... values) {
+  char text[256];
+  std::snprintf(text, sizeof(text), pattern, values...);
+  return text;
+}
+}  // namespace
+
+Refusal checkTermination(const RegistrationResult& result) {
+  if (result.success) return {};
+  switch (result.reason) {
+    case TerminationReason::kTooFewPoints:
+      return {RefusalReason::kTooFewPoints, format("only %d usable points in the scan", result.points)};
+    case TerminationReason::kOutsideMap:
+      return {RefusalReason::kOutsideMap,
+              format("%.0f %% of the points lie outside the map, %.0f %% in unknown space",
+                     100.0 * result.outside_ratio, 100.0 * result.unknown_ratio)};
+    case TerminationReason::kDegenerate:
+      return {RefusalReason::kDegenerate, "the scan does not fix the pose"};
+    case TerminationReason::kAmbiguous:
+      return {RefusalReason::kAmbiguous,
+              format("two places look alike: scores %.3f and %.3f", result.score, result.runner_up_score)};
+    case TerminationReason::kLowScore:
+      return {RefusalReason::kLowScore, format("no place explains the scan: best score %.3f", result.score)};
+    case TerminationReason::kCancelled:
+      return {RefusalReason::kCancelled, "cancelled"};
+    case TerminationReason::kConverged:
+    case TerminationReason::kMaxIterations:
+      break;
+  }
+  return {RefusalReason::kNotConverged,
+          format("registration stopped (%s) after %d iterations, inlier ratio %.2f", name(result.reason),
+                 result.iterations, result.inlier_ratio)};
+}
+
+Refusal checkFit(const RegistrationResult& result, const GateOptions& options, double min_inlier_ratio) {
+  const double unmapped = result.outside_ratio + result.unknown_ratio;
+  // Written so that NaN is refused.
+  if (!(unmapped <= options.max_unmapped_ratio)) {
+    return {RefusalReason::kOutsideMap,
+            format("%.0f %% of the points lie outside the map or in unknown space, at most "
+                   "%.0f %% allowed (max_unmapped_ratio)",
+                   100.0 * unmapped, 100.0 * options.max_unmapped_ratio)};
+  }
+  if (!(result.inlier_ratio >= min_inlier_ratio)) {
+    return {RefusalReason::kInliers,
+            format("inlier ratio %.2f, at least %.2f wanted", result.inlier_ratio, min_inlier_ratio)};
+  }
+  if (!(result.rms_residual <= options.max_rms_residual)) {
+    return {RefusalReason::kResidual, format("rms residual %.3f m, at most %.3f m allowed (max_rms_residual)",
+                                             result.rms_residual, options.max_rms_residual)};
+  }
+  if (result.weak_directions > options.max_weak_directions) {
+    return {RefusalReason::kDegenerate, format("%d directions without information, at most %d allowed "
+                                               "(max_weak_directions)",
+                                               result.weak_directions, options.max_weak_directions)};
+  }
+  if (!result.T_map_sensor.matrix().allFinite())
+    return {RefusalReason::kNotConverged, "the pose is not finite"};
+  return {};
+}
+
+Refusal checkJump(const PoseError& jump, const GateOptions& options) {
+  if (jump.translation <= options.max_jump_translation && jump.rotation <= options.max_jump_rotation)
+    return {};
+  return {RefusalReason::kJump,
+          format("%.2f m and %.2f rad from the prior, at most %.2f m and %.2f rad allowed", jump.translation,
+                 jump.rotation, options.max_jump_translation, options.max_jump_rotation)};
+}
+
+bool saysNothing(RefusalReason reason) {
+  return reason == RefusalReason::kTooFewPoints || reason == RefusalReason::kOutsideMap;
+}
+
+}  // namespace ttsdf

@@ -1,0 +1,186 @@
+// The way back: guesses from outside, searches near the prior, the request for a global localization,
+// waiting.
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+#include <utility>
+
+#include "ttsdf_localization/localization/localizer.h"
+#include "ttsdf_localization/localization/pose_covariance.h"
+
+namespace ttsdf {
+
+namespace {
+// Beyond this spread the starts are too thin to find anything: that is the global localization's job.
+constexpr double kMaxSearchTranslation = 2.0;  // [m]
+constexpr double kMaxSearchRotation = 0.6;     // [rad]
+/// Scores that differ by less are equally good.
+constexpr double kSameScore = 0.01;
+
+/// Mahalanobis distance above which a pose found has nothing to do with the prior: 99.97 % of six normal
+/// variables.
+constexpr double kMaxDeviation = 5.0;
+
+double deviation(const Eigen::Isometry3d& T, const Eigen::Isometry3d& T_prior, const Matrix6d& covariance) {
+  Vector6d xi;
+  xi << logSo3(T.linear() * T_prior.linear().transpose()), T.translation() - T_prior.translation();
+  const Matrix6d spread = covariance + isotropicCovariance(0.02, 0.05);  // nobody points more exactly
+  return std::sqrt(std::max(0.0, xi.dot(spread.ldlt().solve(xi))));
+}
+
+std::string figures(const PoseError& jump) {
+  std::ostringstream text;
+  text << std::setprecision(2) << jump.translation << " m, " << jump.rotation << " rad";
+  return text.str();
+}
+
+std::string joined(const std::vector<PoseGuess>& guesses) {
+  std::string text;
+  for (const auto& guess : guesses) text += (text.empty() ? "" : ", ") + guess.source;
+  return text;
+}
+}  // namespace
+
+bool Localizer::searchDue(double stamp, double period) {
+  if (stamp - last_search_stamp_ < period) return false;
+  last_search_stamp_ = stamp;
+  return true;
+}
+
+LocalizationUpdate Localizer::searchAround(const LocalizerScan& scan,
+                                           const std::vector<Prediction>& candidates,
+                                           const SearchOptions& search) {
+  LocalizationUpdate best = blank(scan);
+  for (const Prediction& candidate : candidates) {
+    const Eigen::Isometry3d T_map_sensor = candidate.T_map_base * scan.T_base_sensor;
+    const Matrix6d covariance = movedCovariance(
+        candidate.covariance, T_map_sensor.translation() - candidate.T_map_base.translation());
+    RegistrationResult result = searchNear(*registration_, scan.points, T_map_sensor, search, covariance);
+    // Along directions without information every start fits alike: then the one nearest to the prior is
+    // right.
+    RegistrationResult nearest = registration_->align(scan.points, T_map_sensor);
+    if (nearest.success && nearest.score <= result.score + kSameScore) result = std::move(nearest);
+    if (best.registered && !(result.score < best.registration.score)) continue;
+    const PoseError jump = poseError(T_map_sensor, result.T_map_sensor);
+    const bool near = deviation(result.T_map_sensor, T_map_sensor, covariance) <= kMaxDeviation;
+    best.reason = near ? RefusalReason::kNone : RefusalReason::kJump;
+    best.message = near ? "" : "the best fit lies too far away (" + figures(jump) + ") to be meant";
+    best.registration = std::move(result);
+    best.jump_translation = jump.translation;
+    best.jump_rotation = jump.rotation;
+    best.registered = true;
+  }
+  return best;
+}
+
+Prediction Localizer::widened(Prediction prediction) const {
+  // Height and tilt are meant against gravity: the floor is applied in a frame whose z points up.
+  const auto& recovery = options_.recovery;
+  Eigen::Matrix3d R_map_up =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), -options_.mapDown()).toRotationMatrix();
+  Matrix6d to_map = Matrix6d::Zero();
+  to_map.topLeftCorner<3, 3>() = R_map_up;
+  to_map.bottomRightCorner<3, 3>() = R_map_up;
+  Vector6d least;
+  least << recovery.start_tilt_sigma, recovery.start_tilt_sigma, recovery.start_yaw_sigma,
+      recovery.start_translation_sigma, recovery.start_translation_sigma, recovery.start_height_sigma;
+  Matrix6d in_up = to_map.transpose() * prediction.covariance * to_map;
+  in_up.diagonal() = in_up.diagonal().cwiseMax(least.cwiseAbs2());
+  prediction.covariance = to_map * in_up * to_map.transpose();
+  return prediction;
+}
+
+Prediction Localizer::recoveryPrior(const Prediction& prediction) const {
+  const double growth = std::pow(options_.recovery.search_growth, searches_done_);
+  return {prediction.T_map_base,
+          isotropicCovariance(std::min(kMaxSearchRotation, options_.search.rotation_sigma * growth),
+                              std::min(kMaxSearchTranslation, options_.search.translation_sigma * growth))};
+}
+
+LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
+  LocalizationUpdate update = blank(scan);
+  state_ = LocalizerState::kRelocalizing;
+  update.message = "trying " + joined(guesses_);
+  if (!searchDue(scan.stamp, options_.recovery.search_period)) return finish(update);
+
+  std::vector<Prediction> candidates;
+  for (const PoseGuess& guess : guesses_) {
+    const Prediction prediction = motion_.predict(guess, scan);
+    candidates.push_back(guess.widen ? widened(prediction) : prediction);
+  }
+  SearchOptions search = options_.search;
+  search.starts = std::max(1, options_.recovery.start_starts / static_cast<int>(candidates.size()));
+  update = searchAround(scan, candidates, search);
+  const Refusal refusal = judge(update, options_.gates.recovery_inlier_ratio);
+  if (!refusal) return place(scan, update);
+
+  update.reason = refusal.reason;
+  update.message = joined(guesses_) + ": " + refusal.message;
+  // A scan that says nothing says nothing against the guess either.
+  if (refusal.reason != RefusalReason::kTooFewPoints &&
+      ++guess_attempts_ >= options_.recovery.start_attempts) {
+    guesses_.clear();
+    becomeLost(options_.recovery.search_attempts);
+  }
+  return finish(update);
+}
+
+Refusal Localizer::judge(const LocalizationUpdate& found, double min_inlier_ratio) const {
+  if (!found.registered) return {RefusalReason::kNoPrior, "no pose to search around"};
+  if (Refusal refusal = checkTermination(found.registration)) return refusal;
+  if (Refusal refusal = checkFit(found.registration, options_.gates, min_inlier_ratio)) return refusal;
+  return {found.reason, found.message};  // too far from what was asked for
+}
+
+LocalizationUpdate Localizer::recover(const LocalizerScan& scan) {
+  LocalizationUpdate update = blank(scan);
+  const std::optional<Prediction> prior = motion_.predict(scan);
+  if (!prior || searches_done_ >= options_.recovery.search_attempts) return nextRung(scan, update);
+  if (!searchDue(scan.stamp, options_.recovery.search_period)) {
+    update.message = "lost: searching near the last pose";
+    return finish(update);
+  }
+  update = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
+  const Refusal refusal = judge(update, recoveryInliers());
+  if (!refusal) return place(scan, update);
+  if (refusal.reason != RefusalReason::kTooFewPoints) ++searches_done_;
+  update.reason = refusal.reason;
+  update.message = "lost, searching near the last pose: " + refusal.message;
+  return finish(update);
+}
+
+LocalizationUpdate Localizer::nextRung(const LocalizerScan& scan, LocalizationUpdate& update) {
+  const auto& recovery = options_.recovery;
+  update.reason = RefusalReason::kNoStartPose;
+  if (!recovery.allow_global || globals_done_ >= recovery.global_attempts) {
+    state_ = LocalizerState::kWaitingForPose;
+    update.message = "waiting for a pose: nothing found near the last one";
+    if (recovery.allow_global) update.message += " and not by global localization";
+    return finish(update);
+  }
+  const bool enough = scan.points.cols() >= options_.registration.min_points;
+  update.wants_global = enough && last_stamp_ - last_global_stamp_ >= recovery.global_retry_seconds;
+  update.message = enough ? "global localization is next" : "too few points for a global localization";
+  return finish(update);
+}
+
+LocalizationUpdate Localizer::wait(const LocalizerScan& scan) {
+  const auto& recovery = options_.recovery;
+  LocalizationUpdate update = blank(scan);
+  if (!motion_.hasPose() && recovery.start_globally && globals_done_ < recovery.global_attempts) {
+    return nextRung(scan, update);
+  }
+  update.reason = RefusalReason::kNoStartPose;
+  const std::optional<Prediction> prior = motion_.predict(scan);
+  if (prior && recovery.waiting_retry_seconds > 0.0 &&
+      searchDue(scan.stamp, recovery.waiting_retry_seconds)) {
+    LocalizationUpdate found = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
+    if (!judge(found, recoveryInliers())) return place(scan, found);
+  }
+  update.message = "waiting for a pose: initialpose, ~relocalize or ~global_localization";
+  return finish(update);
+}
+
+}  // namespace ttsdf

@@ -1,0 +1,81 @@
+#include "ttsdf_localization/localization/motion_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ttsdf_localization/localization/pose_covariance.h"
+
+namespace ttsdf {
+
+namespace {
+/// Twist of the body frame that takes T_a to T_b in `seconds`; zero for no time or too long a time to tell.
+Vector6d bodyTwist(const Eigen::Isometry3d& T_a, const Eigen::Isometry3d& T_b, double seconds,
+                   double max_seconds) {
+  if (!(seconds > 1e-6) || seconds > max_seconds) return Vector6d::Zero();
+  return logSe3(T_a.inverse() * T_b) / seconds;
+}
+}  // namespace
+
+Matrix6d MotionModel::odometryNoise(const Eigen::Isometry3d& motion) const {
+  const double distance = motion.translation().norm();
+  const double angle = logSo3(motion.linear()).norm();
+  return isotropicCovariance(std::hypot(options_.odometry_rotation_noise * angle,
+                                        options_.odometry_rotation_noise_per_metre * distance),
+                             options_.odometry_translation_noise * distance);
+}
+
+Matrix6d MotionModel::velocityNoise(double seconds) const {
+  const double t = std::isfinite(seconds) ? std::abs(seconds) : 0.0;
+  return isotropicCovariance(options_.velocity_rotation_noise * t, options_.velocity_translation_noise * t);
+}
+
+std::optional<Prediction> MotionModel::predict(const LocalizerScan& scan) const {
+  if (options_.prior == "external") {
+    if (!scan.T_map_base_prior) return std::nullopt;
+    const Matrix6d covariance = last_ ? last_->covariance : Matrix6d(Matrix6d::Zero());
+    return Prediction{*scan.T_map_base_prior, covariance};
+  }
+  if (!last_) return std::nullopt;
+  if (options_.prior == "odometry" && scan.T_odom_base && last_->T_odom_base) {
+    const Eigen::Isometry3d motion = last_->T_odom_base->inverse() * *scan.T_odom_base;
+    return Prediction{last_->T_map_base * motion, last_->covariance + odometryNoise(motion)};
+  }
+  const double seconds = scan.stamp - last_->stamp;
+  const double carried = std::clamp(seconds, 0.0, options_.max_extrapolation);
+  return Prediction{last_->T_map_base * expSe3(carried * twist_), last_->covariance + velocityNoise(seconds)};
+}
+
+Prediction MotionModel::predict(const PoseGuess& guess, const LocalizerScan& scan) const {
+  if (guess.T_odom_base && scan.T_odom_base) {
+    const Eigen::Isometry3d motion = guess.T_odom_base->inverse() * *scan.T_odom_base;
+    return {guess.T_map_base * motion, guess.covariance + odometryNoise(motion)};
+  }
+  return {guess.T_map_base, guess.covariance + velocityNoise(scan.stamp - guess.stamp)};
+}
+
+void MotionModel::correct(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base,
+                          const Matrix6d& covariance) {
+  if (last_) {
+    const double seconds = scan.stamp - last_->stamp;
+    // Differences of odometry are smoother than differences of corrections.
+    twist_ = scan.T_odom_base && last_->T_odom_base
+                 ? bodyTwist(*last_->T_odom_base, *scan.T_odom_base, seconds, options_.max_extrapolation)
+                 : bodyTwist(last_->T_map_base, T_map_base, seconds, options_.max_extrapolation);
+  }
+  remember(scan, T_map_base, covariance);
+}
+
+void MotionModel::place(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base,
+                        const Matrix6d& covariance) {
+  stop();
+  T_map_odom_.reset();
+  remember(scan, T_map_base, covariance);
+}
+
+void MotionModel::remember(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base,
+                           const Matrix6d& covariance) {
+  last_ = Fix{scan.stamp, T_map_base, covariance, scan.T_odom_base};
+  if (scan.T_odom_base) T_map_odom_ = T_map_base * scan.T_odom_base->inverse();
+}
+
+}  // namespace ttsdf

@@ -1,0 +1,90 @@
+#include "ttsdf_localization/localization/gates.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace ttsdf {
+namespace {
+
+RegistrationResult goodResult() {
+  RegistrationResult result;
+  result.success = true;
+  result.reason = TerminationReason::kConverged;
+  result.points = 4000;
+  result.inlier_ratio = 0.9;
+  result.rms_residual = 0.01;
+  return result;
+}
+
+TEST(Gates, BelieveAGoodFit) {
+  EXPECT_FALSE(checkTermination(goodResult()));
+  EXPECT_FALSE(checkFit(goodResult(), {}, 0.5));
+  EXPECT_FALSE(checkJump({0.1, 0.05}, {}));
+}
+
+TEST(Gates, NameTheReasonOfEveryTermination) {
+  const std::pair<TerminationReason, RefusalReason> pairs[] = {
+      {TerminationReason::kConverged, RefusalReason::kNotConverged},
+      {TerminationReason::kMaxIterations, RefusalReason::kNotConverged},
+      {TerminationReason::kTooFewPoints, RefusalReason::kTooFewPoints},
+      {TerminationReason::kOutsideMap, RefusalReason::kOutsideMap},
+      {TerminationReason::kDegenerate, RefusalReason::kDegenerate},
+      {TerminationReason::kAmbiguous, RefusalReason::kAmbiguous},
+      {TerminationReason::kLowScore, RefusalReason::kLowScore},
+      {TerminationReason::kCancelled, RefusalReason::kCancelled},
+  };
+  for (const auto& [termination, refusal] : pairs) {
+    RegistrationResult result = goodResult();
+    result.success = false;
+    result.reason = termination;
+    EXPECT_EQ(checkTermination(result).reason, refusal) << name(termination);
+    EXPECT_FALSE(checkTermination(result).message.empty());
+  }
+}
+
+TEST(Gates, RefuseEachBadFigure) {
+  RegistrationResult result = goodResult();
+  result.rms_residual = 0.2;
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kResidual);
+  result = goodResult();
+  result.inlier_ratio = 0.4;
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kInliers);
+  result = goodResult();
+  result.outside_ratio = 0.5;
+  result.unknown_ratio = 0.4;
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kOutsideMap);
+  result = goodResult();
+  result.weak_directions = 4;
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kDegenerate);
+  EXPECT_EQ(checkJump({0.6, 0.0}, {}).reason, RefusalReason::kJump);
+  EXPECT_EQ(checkJump({0.0, 0.6}, {}).reason, RefusalReason::kJump);
+}
+
+// A scan outside the map has nothing to disagree with: a residual of zero must not look like a perfect fit.
+TEST(Gates, RefuseAPerfectResidualOutsideTheMap) {
+  RegistrationResult result = goodResult();
+  result.rms_residual = 0.0;
+  result.outside_ratio = 1.0;
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kOutsideMap);
+}
+
+TEST(Gates, RefuseNan) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  RegistrationResult result = goodResult();
+  result.rms_residual = nan;
+  EXPECT_TRUE(checkFit(result, {}, 0.5));
+  result = goodResult();
+  result.inlier_ratio = nan;
+  EXPECT_TRUE(checkFit(result, {}, 0.5));
+  result = goodResult();
+  result.outside_ratio = nan;
+  EXPECT_TRUE(checkFit(result, {}, 0.5));
+  result = goodResult();
+  result.T_map_sensor.translation().x() = nan;
+  EXPECT_TRUE(checkFit(result, {}, 0.5));
+  EXPECT_TRUE(checkJump({nan, 0.0}, {}));
+}
+
+}  // namespace
+}  // namespace ttsdf

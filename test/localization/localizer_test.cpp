@@ -1,0 +1,386 @@
+#include "ttsdf_localization/localization/localizer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "../support/room.h"
+#include "ttsdf_localization/localization/pose_covariance.h"
+
+namespace ttsdf {
+namespace {
+
+using test::cameraPose;
+using test::renderScan;
+using test::Room;
+
+std::shared_ptr<const DistanceField> roomField() {
+  static const std::shared_ptr<const DistanceField> field = [] {
+    GridGeometry geometry;
+    DenseTensor tensor = test::sampleScene(Room(), 0.05, geometry);
+    return std::make_shared<DenseDistanceField>(std::move(tensor), geometry);
+  }();
+  return field;
+}
+
+/// A camera that walks along a line through the room, seen at 10 Hz; the base is the camera.
+struct Walk {
+  double start = 100.0;
+  Eigen::Isometry3d pose(double t) const {
+    return cameraPose({1.6 + 0.3 * t, 1.2 + 0.2 * t, 1.2}, 0.5 + 0.2 * t, 0.1);
+  }
+  LocalizerScan scan(int n) const { return scanAt(n, pose(0.1 * n)); }
+  LocalizerScan scanAt(int n, const Eigen::Isometry3d& T_map_camera) const {
+    LocalizerScan scan;
+    scan.stamp = start + 0.1 * n;
+    scan.points = renderScan(Room(), T_map_camera);
+    return scan;
+  }
+};
+
+PoseGuess guessAt(const Eigen::Isometry3d& T, double rotation_sigma = 0.05, double translation_sigma = 0.1) {
+  PoseGuess guess;
+  guess.T_map_base = T;
+  guess.covariance = isotropicCovariance(rotation_sigma, translation_sigma);
+  guess.source = "test";
+  return guess;
+}
+
+LocalizerOptions quickOptions() {
+  LocalizerOptions options;
+  options.recovery.allow_global = false;
+  return options;
+}
+
+/// A localizer that tracks the walk; `next` is the number of the next scan.
+struct Tracking {
+  explicit Tracking(const LocalizerOptions& options = quickOptions()) : localizer(options) {
+    localizer.setMap(roomField());
+    localizer.setGuess(guessAt(walk.pose(0.0)));
+    for (; next < 6 && localizer.state() != LocalizerState::kTracking; ++next)
+      last = localizer.process(walk.scan(next));
+  }
+  Walk walk;
+  Localizer localizer;
+  LocalizationUpdate last;
+  int next = 0;
+};
+
+void expectNear(const Eigen::Isometry3d& got, const Eigen::Isometry3d& wanted, double translation,
+                double rotation) {
+  const PoseError error = poseError(got, wanted);
+  EXPECT_LT(error.translation, translation);
+  EXPECT_LT(error.rotation, rotation);
+}
+
+TEST(Localizer, HasNoPoseWithoutAMap) {
+  Localizer localizer(quickOptions());
+  const LocalizationUpdate update = localizer.process(Walk().scan(0));
+  EXPECT_EQ(update.state, LocalizerState::kNoMap);
+  EXPECT_EQ(update.reason, RefusalReason::kNoMap);
+  EXPECT_FALSE(update.pose_valid);
+}
+
+TEST(Localizer, WaitsForAPoseWithAMap) {
+  Localizer localizer(quickOptions());
+  localizer.setMap(roomField());
+  const LocalizationUpdate update = localizer.process(Walk().scan(0));
+  EXPECT_EQ(update.state, LocalizerState::kWaitingForPose);
+  EXPECT_FALSE(update.pose_valid);
+  EXPECT_FALSE(update.wants_global);
+}
+
+TEST(Localizer, KeepsAGuessUntilTheMapComes) {
+  Walk walk;
+  Localizer localizer(quickOptions());
+  localizer.setGuess(guessAt(walk.pose(0.0)));
+  EXPECT_EQ(localizer.process(walk.scan(0)).state, LocalizerState::kNoMap);
+  localizer.setMap(roomField());
+  for (int n = 1; n < 6; ++n) localizer.process(walk.scan(n));
+  EXPECT_EQ(localizer.state(), LocalizerState::kTracking);
+}
+
+TEST(Localizer, TracksWithoutOdometry) {
+  Tracking t;
+  ASSERT_EQ(t.localizer.state(), LocalizerState::kTracking);
+  for (int n = 0; n < 20; ++n, ++t.next) {
+    const LocalizationUpdate update = t.localizer.process(t.walk.scan(t.next));
+    ASSERT_TRUE(update.pose_valid) << update.message;
+    expectNear(update.T_map_base, t.walk.pose(0.1 * t.next), 0.02, 0.01);
+    EXPECT_FALSE(update.T_map_odom.has_value());
+  }
+}
+
+TEST(Localizer, CorrectsDriftingOdometry) {
+  Walk walk;
+  Localizer localizer(quickOptions());
+  localizer.setMap(roomField());
+  localizer.setGuess(guessAt(walk.pose(0.0)));
+  const Eigen::Isometry3d T_base_sensor = cameraPose({0.2, 0.0, 1.2}, 0.0);
+  int tracked = 0;
+  for (int n = 0; n < 25; ++n) {
+    LocalizerScan scan = walk.scan(n);
+    const Eigen::Isometry3d T_map_base = walk.pose(0.1 * n) * T_base_sensor.inverse();
+    Vector6d drift;
+    drift << 0.0, 0.0, 0.002 * n, 0.01 * n, -0.005 * n, 0.0;
+    scan.T_base_sensor = T_base_sensor;
+    scan.T_odom_base = expSe3(drift) * T_map_base;
+    if (n == 0) localizer.setGuess(guessAt(T_map_base));
+    const LocalizationUpdate update = localizer.process(scan);
+    if (!update.pose_valid) continue;
+    ++tracked;
+    expectNear(update.T_map_base, T_map_base, 0.03, 0.015);
+    ASSERT_TRUE(update.T_map_odom.has_value());
+    expectNear(*update.T_map_odom * *scan.T_odom_base, T_map_base, 0.03, 0.015);
+  }
+  EXPECT_GE(tracked, 20);
+}
+
+TEST(Localizer, RefinesHeightAndTiltOfAClickInRviz) {
+  Walk walk;
+  Localizer localizer(quickOptions());
+  localizer.setMap(roomField());
+  PoseGuess click = guessAt(walk.pose(0.0), 0.0, 0.0);
+  click.T_map_base.translation() += Eigen::Vector3d(0.2, -0.2, -0.5);
+  localizer.setGuess(click);
+  LocalizationUpdate update;
+  for (int n = 0; n < 12 && !update.pose_valid; ++n)
+    update = localizer.process(walk.scanAt(n, walk.pose(0.0)));
+  ASSERT_TRUE(update.pose_valid) << update.message;
+  expectNear(update.T_map_base, walk.pose(0.0), 0.02, 0.01);
+}
+
+TEST(Localizer, PublishesNoPoseBeforeASearchIsConfirmed) {
+  LocalizerOptions options = quickOptions();
+  options.recovery.confirmation_scans = 2;
+  Walk walk;
+  Localizer localizer(options);
+  localizer.setMap(roomField());
+  localizer.setGuess(guessAt(walk.pose(0.0)));
+  EXPECT_FALSE(localizer.process(walk.scan(0)).pose_valid);
+  EXPECT_FALSE(localizer.process(walk.scan(1)).pose_valid);
+  EXPECT_EQ(localizer.state(), LocalizerState::kRelocalizing);
+  EXPECT_TRUE(localizer.process(walk.scan(2)).pose_valid);
+  EXPECT_EQ(localizer.state(), LocalizerState::kTracking);
+}
+
+TEST(Localizer, GivesUpAWrongStartPose) {
+  LocalizerOptions options = quickOptions();
+  options.recovery.start_attempts = 3;
+  options.recovery.search_period = 0.0;
+  Walk walk;
+  Localizer localizer(options);
+  localizer.setMap(roomField());
+  PoseGuess wrong = guessAt(cameraPose({5.0, 3.0, 0.4}, 3.5), 0.01, 0.01);
+  wrong.widen = false;
+  localizer.setGuess(wrong);
+  for (int n = 0; n < 6; ++n) EXPECT_FALSE(localizer.process(walk.scan(n)).pose_valid);
+  EXPECT_EQ(localizer.state(), LocalizerState::kWaitingForPose);
+}
+
+TEST(Localizer, DegradesThenIsLostWhenTheCameraIsCarriedAway) {
+  LocalizerOptions options = quickOptions();
+  options.recovery.waiting_retry_seconds = 0.0;
+  Tracking t(options);
+  ASSERT_EQ(t.localizer.state(), LocalizerState::kTracking);
+  const Eigen::Isometry3d T_elsewhere = cameraPose({4.8, 3.0, 1.5}, 3.6);
+  bool degraded = false, lost = false;
+  for (int n = 0; n < 10; ++n, ++t.next) {
+    const LocalizationUpdate update = t.localizer.process(t.walk.scanAt(t.next, T_elsewhere));
+    EXPECT_FALSE(update.pose_valid);
+    degraded = degraded || update.state == LocalizerState::kDegraded;
+    if (update.state == LocalizerState::kLost && !lost) {
+      lost = true;
+      EXPECT_FALSE(update.T_map_odom.has_value());
+      EXPECT_FALSE(update.message.empty());
+    }
+  }
+  EXPECT_TRUE(degraded);
+  EXPECT_TRUE(lost);  // within one second
+}
+
+TEST(Localizer, FindsItselfGloballyAfterItWasCarriedAway) {
+  LocalizerOptions options;
+  options.recovery.search_attempts = 0;
+  options.global.starts = 3000;
+  Tracking t(options);
+  ASSERT_EQ(t.localizer.state(), LocalizerState::kTracking);
+  const Eigen::Isometry3d T_elsewhere = cameraPose({3.5, 3.8, 1.4}, -1.2, 0.2);
+  const Eigen::Vector3d gravity = T_elsewhere.linear().transpose() * Eigen::Vector3d(0, 0, -1);
+  LocalizationUpdate update;
+  int globals = 0;
+  for (int n = 0; n < 60 && !update.pose_valid; ++n, ++t.next) {
+    const LocalizerScan scan = t.walk.scanAt(t.next, T_elsewhere);
+    update = t.localizer.process(scan);
+    if (!update.wants_global) continue;
+    ++globals;
+    GlobalJob job = t.localizer.beginGlobal(scan, gravity);
+    EXPECT_EQ(t.localizer.process(t.walk.scanAt(++t.next, T_elsewhere)).state, LocalizerState::kRelocalizing);
+    job.run();
+    t.localizer.finishGlobal(job);
+  }
+  ASSERT_TRUE(update.pose_valid) << update.message;
+  EXPECT_GE(globals, 1);
+  expectNear(update.T_map_base, T_elsewhere, 0.02, 0.01);
+}
+
+TEST(Localizer, WaitsAfterItsGlobalAttemptsAreUsedUp) {
+  LocalizerOptions options;
+  options.recovery.search_attempts = 1;
+  options.recovery.global_attempts = 2;
+  options.recovery.global_retry_seconds = 0.2;
+  options.recovery.waiting_retry_seconds = 0.0;
+  Tracking t(options);
+  const Eigen::Isometry3d T_elsewhere = cameraPose({4.8, 3.0, 1.5}, 3.6);
+  int globals = 0;
+  for (int n = 0; n < 60 && t.localizer.state() != LocalizerState::kWaitingForPose; ++n, ++t.next) {
+    const LocalizerScan scan = t.walk.scanAt(t.next, T_elsewhere);
+    if (!t.localizer.process(scan).wants_global) continue;
+    ++globals;
+    GlobalJob job = t.localizer.beginGlobal(scan, std::nullopt);
+    job.run([](double) { return false; });
+    const LocalizationUpdate update = t.localizer.finishGlobal(job);
+    EXPECT_EQ(update.reason, RefusalReason::kCancelled);
+  }
+  EXPECT_EQ(t.localizer.state(), LocalizerState::kWaitingForPose);
+  EXPECT_EQ(globals, 1);  // a cancelled one is not tried again
+}
+
+TEST(Localizer, CoastsOnOdometryWhileTheCameraIsCovered) {
+  LocalizerOptions options = quickOptions();
+  options.recovery.coast_seconds = 3.0;
+  Walk walk;
+  Localizer localizer(options);
+  localizer.setMap(roomField());
+  localizer.setGuess(guessAt(walk.pose(0.0)));
+  LocalizationUpdate update;
+  for (int n = 0; n < 30; ++n) {
+    LocalizerScan scan = walk.scan(n);
+    scan.T_odom_base = walk.pose(0.1 * n);
+    if (n >= 5 && n < 25) scan.points.resize(3, 0);
+    update = localizer.process(scan);
+    if (n >= 5 && n < 25) {
+      EXPECT_EQ(update.state, LocalizerState::kDegraded);
+      EXPECT_EQ(update.reason, RefusalReason::kTooFewPoints);
+      EXPECT_TRUE(update.T_map_odom.has_value());
+    }
+  }
+  EXPECT_EQ(update.state, LocalizerState::kTracking);
+  expectNear(update.T_map_base, walk.pose(2.9), 0.02, 0.01);
+}
+
+TEST(Localizer, LosesTheCoveredCameraWithoutOdometry) {
+  Tracking t;
+  LocalizerScan covered = t.walk.scan(0);
+  covered.points.resize(3, 0);
+  for (int n = 0; n < 10; ++n) {
+    covered.stamp = t.walk.start + 0.1 * t.next++;
+    t.localizer.process(covered);
+  }
+  EXPECT_EQ(t.localizer.state(), LocalizerState::kLost);
+}
+
+TEST(Localizer, SkipsScansThatAreNotNewer) {
+  Tracking t;
+  const LocalizationUpdate update = t.localizer.process(t.walk.scan(t.next - 1));
+  EXPECT_EQ(update.reason, RefusalReason::kOldStamp);
+  EXPECT_FALSE(update.pose_valid);
+  LocalizerScan scan = t.walk.scan(t.next);
+  scan.stamp = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(t.localizer.process(scan).reason, RefusalReason::kOldStamp);
+  EXPECT_EQ(t.localizer.state(), LocalizerState::kTracking);
+}
+
+TEST(Localizer, GoesOnAfterTheClockJumpedBack) {
+  Tracking t;
+  for (int n = 0; n < 15; ++n, ++t.next) t.localizer.process(t.walk.scan(t.next));
+  ASSERT_EQ(t.localizer.state(), LocalizerState::kTracking);
+  t.localizer.timeJumpedBack();
+  EXPECT_EQ(t.localizer.state(), LocalizerState::kRelocalizing);
+  LocalizationUpdate update;
+  for (int n = 0; n < 8; ++n) update = t.localizer.process(t.walk.scan(n));
+  ASSERT_TRUE(update.pose_valid) << update.message;
+  expectNear(update.T_map_base, t.walk.pose(0.7), 0.02, 0.01);
+}
+
+TEST(Localizer, KeepsThePoseWhenTheMapIsReplaced) {
+  Tracking t;
+  t.localizer.setMap(roomField());
+  EXPECT_TRUE(t.localizer.process(t.walk.scan(t.next)).pose_valid);
+}
+
+TEST(Localizer, ForgetsThePoseOnReset) {
+  Tracking t;
+  EXPECT_TRUE(t.localizer.lastPose().has_value());
+  t.localizer.reset();
+  EXPECT_FALSE(t.localizer.lastPose().has_value());
+  EXPECT_EQ(t.localizer.process(t.walk.scan(0)).state, LocalizerState::kWaitingForPose);
+}
+
+TEST(Localizer, SurvivesBadPoints) {
+  Tracking t;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const float value : {nan, 1e9f, 1e30f, std::numeric_limits<float>::infinity(), 0.0f}) {
+    LocalizerScan scan = t.walk.scan(t.next++);
+    scan.points.setConstant(value);
+    EXPECT_FALSE(t.localizer.process(scan).pose_valid) << value;
+  }
+  EXPECT_TRUE(t.localizer.process(t.walk.scan(t.next)).pose_valid);
+}
+
+/// An endless corridor along x, 2 m wide and 2.5 m high: nothing tells where along it the camera is.
+struct Corridor {
+  Eigen::Vector3d size{8.0, 2.0, 2.5};
+  double distance(const Eigen::Vector3d& p) const {
+    return std::min({p.y(), size.y() - p.y(), p.z(), size.z() - p.z()});
+  }
+};
+
+TEST(Localizer, KeepsThePriorAlongACorridorAndSaysSo) {
+  GridGeometry geometry;
+  DenseTensor tensor = test::sampleScene(Corridor(), 0.05, geometry);
+  Localizer localizer(quickOptions());
+  localizer.setMap(std::make_shared<DenseDistanceField>(std::move(tensor), geometry));
+  const auto pose = [](int n) { return cameraPose({2.0 + 0.05 * n, 1.0, 1.2}, 0.1); };
+  LocalizationUpdate update;
+  double last_sigma = 0.0;
+  PoseGuess start = guessAt(pose(0), 0.01, 0.01);
+  start.widen = false;
+  localizer.setGuess(start);
+  double offset = 0.0;
+  for (int n = 0; n < 20; ++n) {
+    LocalizerScan scan;
+    scan.stamp = 0.1 * n;
+    const ScanPoints points = renderScan(Corridor(), pose(n));
+    scan.points =
+        points.array().rowwise() / (points.colwise().norm().array() < 4.0f).cast<float>();  // range 4 m
+    scan.T_odom_base = pose(n);
+    update = localizer.process(scan);
+    if (!update.pose_valid) continue;
+    EXPECT_GE(update.registration.weak_directions, 1);
+    const double error = (update.T_map_base.translation() - pose(n).translation()).x();
+    if (offset == 0.0) offset = error;
+    EXPECT_NEAR(error, offset, 0.02);  // no slide: the odometry is exact
+    const double sigma = std::sqrt(update.covariance(3, 3));
+    EXPECT_GT(sigma, last_sigma);  // and less and less is known
+    EXPECT_GT(sigma, 3.0 * std::sqrt(update.covariance(4, 4)));
+    last_sigma = sigma;
+  }
+  EXPECT_TRUE(update.pose_valid) << update.message;
+}
+
+TEST(Localizer, RefusesOptionsOutOfRange) {
+  LocalizerOptions options;
+  options.gates.min_inlier_ratio = 2.0;
+  try {
+    Localizer localizer(options);
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("min_inlier_ratio"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("gates"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace ttsdf

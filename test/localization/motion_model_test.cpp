@@ -1,0 +1,114 @@
+#include "ttsdf_localization/localization/motion_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "ttsdf_localization/localization/pose_covariance.h"
+
+namespace ttsdf {
+namespace {
+
+Vector6d twist(double wx, double wy, double wz, double x, double y, double z) {
+  Vector6d xi;
+  xi << wx, wy, wz, x, y, z;
+  return xi;
+}
+
+LocalizerScan scanAt(double stamp) {
+  LocalizerScan scan;
+  scan.stamp = stamp;
+  return scan;
+}
+
+TEST(MotionModel, KnowsNothingWithoutAPose) { EXPECT_FALSE(MotionModel().predict(scanAt(1.0)).has_value()); }
+
+TEST(MotionModel, AddsTheMotionOfTheOdometry) {
+  MotionModel model;
+  const Eigen::Isometry3d T_map_odom = expSe3(twist(0.1, -0.2, 0.5, 3.0, 1.0, 0.2));
+  LocalizerScan first = scanAt(1.0), second = scanAt(1.1);
+  first.T_odom_base = expSe3(twist(0.0, 0.0, 0.3, 1.0, 0.0, 0.0));
+  second.T_odom_base = expSe3(twist(0.0, 0.1, 0.4, 1.2, 0.1, 0.0));
+  model.place(first, T_map_odom * *first.T_odom_base, Matrix6d::Zero());
+  const auto prediction = model.predict(second);
+  ASSERT_TRUE(prediction);
+  EXPECT_TRUE(prediction->T_map_base.isApprox(T_map_odom * *second.T_odom_base, 1e-12));
+  ASSERT_TRUE(model.correction());
+  EXPECT_TRUE(model.correction()->isApprox(T_map_odom, 1e-12));
+}
+
+TEST(MotionModel, GrowsTheCovarianceWithTheDistanceDriven) {
+  MotionOptions options;
+  options.odometry_translation_noise = 0.1;
+  MotionModel model(options);
+  LocalizerScan first = scanAt(1.0), second = scanAt(1.1);
+  first.T_odom_base = Eigen::Isometry3d::Identity();
+  second.T_odom_base = expSe3(twist(0.0, 0.0, 0.0, 2.0, 0.0, 0.0));
+  model.place(first, Eigen::Isometry3d::Identity(), isotropicCovariance(0.0, 0.3));
+  EXPECT_NEAR(model.predict(second)->covariance(3, 3), 0.3 * 0.3 + 0.2 * 0.2, 1e-12);
+}
+
+TEST(MotionModel, CarriesAConstantVelocityOnAlongAnArc) {
+  MotionModel model;
+  const Vector6d velocity = twist(0.0, 0.0, 0.8, 1.0, 0.0, 0.0);
+  model.place(scanAt(0.0), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
+  model.correct(scanAt(0.1), expSe3(0.1 * velocity), Matrix6d::Zero());
+  EXPECT_TRUE(model.twist().isApprox(velocity, 1e-9));
+  EXPECT_TRUE(model.predict(scanAt(0.2))->T_map_base.isApprox(expSe3(0.2 * velocity), 1e-9));
+}
+
+TEST(MotionModel, StopsExtrapolatingAfterItsTime) {
+  MotionOptions options;
+  options.max_extrapolation = 0.5;
+  MotionModel model(options);
+  const Vector6d velocity = twist(0.0, 0.0, 0.0, 1.0, 0.0, 0.0);
+  model.place(scanAt(0.0), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
+  model.correct(scanAt(0.1), expSe3(0.1 * velocity), Matrix6d::Zero());
+  EXPECT_NEAR(model.predict(scanAt(60.0))->T_map_base.translation().x(), 0.6, 1e-9);
+}
+
+TEST(MotionModel, FallsBackOnVelocityWhileOdometryIsMissing) {
+  MotionModel model;
+  LocalizerScan first = scanAt(0.0), second = scanAt(0.1);
+  first.T_odom_base = Eigen::Isometry3d::Identity();
+  second.T_odom_base = expSe3(twist(0.0, 0.0, 0.0, 0.1, 0.0, 0.0));
+  model.place(first, Eigen::Isometry3d::Identity(), Matrix6d::Zero());
+  model.correct(second, *second.T_odom_base, Matrix6d::Zero());
+  EXPECT_NEAR(model.predict(scanAt(0.2))->T_map_base.translation().x(), 0.2, 1e-9);
+  EXPECT_TRUE(model.correction().has_value());
+}
+
+TEST(MotionModel, TakesTheExternalPriorOnlyWhenAsked) {
+  MotionOptions options;
+  options.prior = "external";
+  MotionModel model(options);
+  EXPECT_FALSE(model.predict(scanAt(0.0)));
+  LocalizerScan scan = scanAt(0.1);
+  scan.T_map_base_prior = expSe3(twist(0.0, 0.0, 0.0, 7.0, 0.0, 0.0));
+  EXPECT_NEAR(model.predict(scan)->T_map_base.translation().x(), 7.0, 1e-12);
+}
+
+TEST(MotionModel, IntegratesTheMotionSinceAGuess) {
+  PoseGuess guess;
+  guess.T_map_base = expSe3(twist(0.0, 0.0, 1.0, 2.0, 0.0, 0.0));
+  guess.stamp = 1.0;
+  guess.T_odom_base = Eigen::Isometry3d::Identity();
+  LocalizerScan scan = scanAt(9.0);
+  scan.T_odom_base = expSe3(twist(0.0, 0.0, 0.0, 3.0, 0.0, 0.0));
+  EXPECT_TRUE(
+      MotionModel().predict(guess, scan).T_map_base.isApprox(guess.T_map_base * *scan.T_odom_base, 1e-12));
+}
+
+TEST(MotionModel, WidensAGuessByTimeWhereOdometryIsMissing) {
+  MotionOptions options;
+  options.velocity_translation_noise = 0.5;
+  PoseGuess guess;
+  guess.stamp = 1.0;
+  EXPECT_NEAR(MotionModel(options).predict(guess, scanAt(3.0)).covariance(4, 4), 1.0, 1e-12);
+  guess.stamp = std::numeric_limits<double>::quiet_NaN();  // "at the next scan"
+  EXPECT_EQ(MotionModel(options).predict(guess, scanAt(3.0)).covariance(4, 4), 0.0);
+}
+
+}  // namespace
+}  // namespace ttsdf
