@@ -1,0 +1,41 @@
+#pragma once
+// For every sample of a grid the nearest point of a triangulated surface: VIGRA's exact vector distance
+// transform finds a surface voxel near the foot, steps along the surface find the foot itself.
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "ttsdf_localization/mapping/surface_mesh.h"
+#include "ttsdf_localization/tensor/dense_tensor.h"
+
+namespace ttsdf {
+
+/// Closest point of a triangle; weights of its three corners (0: not on that corner's side of the triangle).
+struct TriangleFoot {
+  Eigen::Vector3f point;
+  Eigen::Vector3f weights;
+};
+TriangleFoot closestPoint(const Eigen::Vector3f& p, const Eigen::Vector3f& a, const Eigen::Vector3f& b,
+                          const Eigen::Vector3f& c);
+
+/// Splits triangles until no edge is longer than `max_edge`; keeps shared edges shared.
+SurfaceMesh subdivided(const SurfaceMesh& mesh, float max_edge);
+
+struct NearestSurfaceOptions {
+  float exact_within = 1e9F;  ///< [voxel]; further out the distance may be up to two voxels too large
+  int threads = 2;
+  std::function<void(double share)> report;  ///< may throw to cancel
+};
+
+struct NearestSurface {
+  std::vector<std::int32_t> triangle;  ///< per sample, first index fastest; -1: no surface
+  std::vector<float> distance;         ///< unsigned [voxel]
+};
+
+/// `mesh` in index coordinates of the grid. Edges must not be longer than two voxels (see subdivided).
+/// Throws std::invalid_argument for an empty mesh or one that lies outside the grid.
+NearestSurface nearestSurface(const SurfaceMesh& mesh, const Dims& dims,
+                              const NearestSurfaceOptions& options);
+
+}  // namespace ttsdf

@@ -1,0 +1,72 @@
+#pragma once
+// From unsigned distances to a signed field that says where it knows: the steps of sampleField's method
+// "surface". Distances in voxels of the grid here; metres only in the result.
+
+#include <cstdint>
+#include <vector>
+
+#include "ttsdf_localization/field/grid_geometry.h"
+#include "ttsdf_localization/field/support_mask.h"
+#include "ttsdf_localization/mapping/nearest_surface.h"
+#include "ttsdf_localization/mapping/observed_grid.h"
+#include "ttsdf_localization/mapping/observed_surface.h"
+#include "ttsdf_localization/tensor/dense_tensor.h"
+
+namespace ttsdf {
+
+/// What rays said about one place of the map.
+enum class Side : std::uint8_t { kUnknown, kFree, kMatter };
+
+/// Reads an ObservedGrid between its samples.
+class ObservedSides {
+ public:
+  struct Reading {
+    Side side = Side::kUnknown;  ///< of the nearest sample
+    bool exact = false;          ///< of the sample itself: right even next to the surface
+  };
+  explicit ObservedSides(const ObservedGrid& grid) : grid_(grid) {}
+  /// `index`: continuous index of the observed grid; unknown outside it.
+  Reading at(const Eigen::Vector3d& index) const;
+
+ private:
+  Side sideOf(std::size_t n) const;
+  const ObservedGrid& grid_;
+};
+
+/// The surface as one sample sees it.
+struct SurfaceView {
+  Eigen::Vector3f foot;    ///< nearest surface point, index coordinates
+  float along = 0.0F;      ///< n . (x - foot), n the smoothed normal at the foot [voxel]
+  float sideways = 0.0F;   ///< length of the rest of x - foot [voxel]
+  bool at_border = false;  ///< the foot lies where the observed surface ends
+};
+
+/// Reads `nearest` with the surface it was made from (index coordinates of the sampled grid).
+SurfaceView viewSurface(const ObservedSurface& surface, std::int32_t triangle, const Eigen::Vector3f& index);
+
+struct SignedDistanceOptions {
+  double support_distance = 0.04;                     ///< [m]
+  double clamp_negative = 0.0, clamp_positive = 0.0;  ///< [m]; 0: not clamped
+  double credible_depth = 0.0;  ///< matter further than this from the surface kept is noise: unknown [m]
+  int threads = 2;
+};
+
+struct SignedDistance {
+  DenseTensor values;                   ///< [m]
+  std::vector<std::uint8_t> known;      ///< some ray saw it
+  std::vector<std::uint8_t> supported;  ///< the value means something
+};
+
+/// Sign and support of every sample. `surface` in index coordinates of `geometry`.
+SignedDistance signedDistance(const ObservedGrid& observed, const ObservedSurface& surface,
+                              const NearestSurface& nearest, const GridGeometry& geometry,
+                              const SignedDistanceOptions& options);
+
+/// Gives values that mean nothing (neither known nor supported) a smooth course, and takes support from
+/// unknown samples where the sign jumps far from any surface. Known samples keep their values.
+void smoothUnknown(SignedDistance& field, double voxel_size, int threads);
+
+/// One bit per cell of `cell_voxels`^3 samples: at least half of them supported.
+SupportMask supportMask(const std::vector<std::uint8_t>& supported, const Dims& dims, int cell_voxels);
+
+}  // namespace ttsdf
