@@ -9,7 +9,18 @@ ttsdf_library(ttsdf_core
   SOURCES
     src/options/option_table.cpp
     src/map/tt_sdf_map.cpp
+    src/map/byte_io.cpp
+    src/map/byte_compression.cpp
+    src/map/mask_coding.cpp
+    src/map/map_sections.cpp
+    src/map/map_container.cpp
+    src/map/cosine_transform.cpp
+    src/map/train_gauge.cpp
+    src/map/coefficient_coder.cpp
+    src/map/quantized_cores.cpp
+    src/map/encoding.cpp
     src/map/map_io.cpp
+    src/map/map_file.cpp
     src/geometry/se3.cpp
     src/tensor/dense_tensor.cpp
     src/tensor/tensor_train.cpp

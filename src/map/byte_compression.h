@@ -1,0 +1,19 @@
+#pragma once
+// Lossless compression of one block of the map file: liblzma's adaptive binary range coder without a
+// container (section sizes and checksums are the file's business). Measured against zstd and the .xz
+// container on maps: doc/map_format.md.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace ttsdf {
+
+/// Throws std::runtime_error if liblzma fails (memory).
+std::vector<std::uint8_t> compressBytes(const std::vector<std::uint8_t>& raw);
+
+/// Exactly `raw_size` bytes; throws MapFormatError, naming `what`, for anything else.
+std::vector<std::uint8_t> decompressBytes(const std::uint8_t* data, std::size_t size, std::size_t raw_size,
+                                          const std::string& what);
+
+}  // namespace ttsdf

@@ -1,0 +1,37 @@
+#pragma once
+// The cores of the train as bytes: the section 'CORE' of the map file.
+
+#include "byte_io.h"
+#include "ttsdf_localization/map/map_io.h"
+
+namespace ttsdf {
+
+/// `quantization_rms` of the options decides for kQuantized; target_bytes is not looked at here.
+void writeCores(const TensorTrain& train, const EncodeOptions& options, double default_rms, ByteWriter& out);
+
+/// The train of a grid of `dims` voxels. Throws MapFormatError before it allocates anything that the checked
+/// sizes do not justify.
+TensorTrain readCores(ByteReader& in, const Dims& dims);
+
+/// The first field of the section.
+Encoding readEncoding(ByteReader& in);
+
+/// What every encoding begins with: which axis is which mode, and the ranks.
+struct CoreHeader {
+  Encoding encoding = Encoding::kFloat32;
+  ModeOrder axes{};
+  std::array<int, 3> sizes{};  ///< n1, n2, n3
+  int rank1 = 0, rank2 = 0;
+
+  std::size_t firstCount() const { return count(sizes[0], rank1); }
+  std::size_t middleCount() const { return count(rank1, rank2) * static_cast<std::size_t>(sizes[1]); }
+  std::size_t lastCount() const { return count(rank2, sizes[2]); }
+  std::size_t parameterCount() const { return firstCount() + middleCount() + lastCount(); }
+
+ private:
+  static std::size_t count(int a, int b) { return static_cast<std::size_t>(a) * static_cast<std::size_t>(b); }
+};
+
+void writeCoreHeader(const CoreHeader& header, ByteWriter& out);
+
+}  // namespace ttsdf

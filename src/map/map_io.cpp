@@ -1,0 +1,102 @@
+#include "ttsdf_localization/map/map_io.h"
+
+#include <iomanip>
+#include <sstream>
+
+#include "encoding.h"
+#include "map_container.h"
+#include "map_sections.h"
+#include "mask_coding.h"
+
+namespace ttsdf {
+
+namespace {
+
+template <typename Writer>
+Section makeSection(std::uint32_t id, std::uint32_t flags, const Writer& write) {
+  ByteWriter out;
+  write(out);
+  return {id, flags, std::move(out.data())};
+}
+
+}  // namespace
+
+const char* name(Encoding encoding) {
+  switch (encoding) {
+    case Encoding::kFloat16:
+      return "float16";
+    case Encoding::kQuantized:
+      return "quantized";
+    case Encoding::kFloat32:
+      break;
+  }
+  return "float32";
+}
+
+Encoding encodingFromName(const std::string& text) {
+  for (const Encoding encoding : {Encoding::kFloat32, Encoding::kFloat16, Encoding::kQuantized}) {
+    if (text == name(encoding)) return encoding;
+  }
+  throw std::invalid_argument("encoding: got '" + text + "', wanted float32, float16 or quantized");
+}
+
+std::vector<std::uint8_t> serialize(const TtSdfMap& map, const EncodeOptions& options) {
+  check(map);
+  std::vector<Section> sections;
+  sections.push_back(makeSection(kGeometrySection, kRequiredFlag,
+                                 [&](ByteWriter& out) { writeGeometry(map.geometry, out); }));
+  sections.push_back(
+      makeSection(kFieldSection, kRequiredFlag, [&](ByteWriter& out) { writeField(map, out); }));
+  if (!map.mask.empty()) {
+    sections.push_back(
+        makeSection(kMaskSection, kRequiredFlag, [&](ByteWriter& out) { writeMask(map.mask, out); }));
+  }
+  if (!map.metadata.empty()) {
+    sections.push_back(
+        makeSection(kMetadataSection, 0, [&](ByteWriter& out) { writeMetadata(map.metadata, out); }));
+  }
+  sections.push_back(makeSection(kCoreSection, kRequiredFlag, [&](ByteWriter& out) {
+    writeCores(map.train, options, 0.1 * map.geometry.voxel_size, out);
+  }));
+  return writeContainer(sections);
+}
+
+TtSdfMap deserialize(const std::uint8_t* data, std::size_t size) {
+  const Container container(data, size);
+  TtSdfMap map;
+  ByteReader geometry = container.section(kGeometrySection);
+  map.geometry = readGeometry(geometry);
+  ByteReader field = container.section(kFieldSection);
+  readField(field, map);
+  try {
+    check(map.geometry);
+    if (container.has(kMaskSection)) {
+      ByteReader mask = container.section(kMaskSection);
+      map.mask = readMask(mask, map.geometry.dims);
+      mask.expectEnd();
+    }
+    if (container.has(kMetadataSection)) {
+      ByteReader metadata = container.section(kMetadataSection);
+      map.metadata = readMetadata(metadata);
+    }
+    ByteReader cores = container.section(kCoreSection);
+    map.train = readCores(cores, map.geometry.dims);
+    check(map);
+  } catch (const std::invalid_argument& error) {
+    throw MapFormatError(std::string("map file: ") + error.what());
+  }
+  return map;
+}
+
+MapFileInfo fileInfo(const std::uint8_t* data, std::size_t size) {
+  ByteReader cores = Container(data, size).section(kCoreSection);
+  MapFileInfo info;
+  info.encoding = readEncoding(cores);
+  info.file_bytes = size;
+  std::ostringstream id;
+  id << std::hex << std::setw(8) << std::setfill('0') << checksum(data, size);
+  info.map_id = id.str();
+  return info;
+}
+
+}  // namespace ttsdf
