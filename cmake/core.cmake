@@ -34,6 +34,8 @@ ttsdf_library(ttsdf_core
     src/field/grid_field.cpp
     src/field/dense_distance_field.cpp
     src/field/column_kernels.cpp
+    src/field/block_cache.cpp
+    src/field/brick_decoder.cpp
     src/field/tt_distance_field.cpp
     src/field/long_range_field.cpp
     src/registration/scan_buffer.cpp

@@ -25,18 +25,18 @@ void contractPortable(const float* g, int stride_g, const float* slice, int r1, 
   }
 }
 
-void cornersPortable(const float* const columns[4], const float* const last[2], int width, float* out) {
-  // Sixteen partial sums per corner, as wide vectors would keep: the same rounding to a few ulp.
-  for (int corner = 0; corner < 8; ++corner) {
-    const float* const c = columns[corner & 3];
-    const float* const l = last[corner >> 2];
+void dotsPortable(const float* const columns[4], const float* const last[2], int width, float* out) {
+  // Sixteen partial sums per product, as wide vectors would keep: the same rounding to a few ulp.
+  for (int n = 0; n < 8; ++n) {
+    const float* const c = columns[n & 3];
+    const float* const l = last[n >> 2];
     float partial[kColumnPad] = {};
     for (int b = 0; b < width; b += kColumnPad) {
       for (int t = 0; t < kColumnPad; ++t) partial[t] += c[b + t] * l[b + t];
     }
     float sum = 0.0f;
     for (int t = 0; t < kColumnPad; ++t) sum += partial[t];
-    out[corner] = sum;
+    out[n] = sum;
   }
 }
 
@@ -73,8 +73,7 @@ TTSDF_AVX2 inline __m256 sumEight(const __m256* v) {
   return _mm256_add_ps(_mm256_permute2f128_ps(q0, q1, 0x20), _mm256_permute2f128_ps(q0, q1, 0x31));
 }
 
-TTSDF_AVX2 void cornersAvx2(const float* const columns[4], const float* const last[2], int width,
-                            float* out) {
+TTSDF_AVX2 void dotsAvx2(const float* const columns[4], const float* const last[2], int width, float* out) {
   __m256 acc[8];
   for (auto& a : acc) a = _mm256_setzero_ps();
   for (int b = 0; b < width; b += 8) {
@@ -103,8 +102,8 @@ TTSDF_AVX512 void contractAvx512(const float* g, int stride_g, const float* slic
   }
 }
 
-TTSDF_AVX512 void cornersAvx512(const float* const columns[4], const float* const last[2], int width,
-                                float* out) {
+TTSDF_AVX512 void dotsAvx512(const float* const columns[4], const float* const last[2], int width,
+                             float* out) {
   __m512 acc[8];
   for (auto& a : acc) a = _mm512_setzero_ps();
   for (int b = 0; b < width; b += 16) {
@@ -128,12 +127,12 @@ TTSDF_AVX512 void cornersAvx512(const float* const columns[4], const float* cons
 
 #endif  // TTSDF_X86
 
-const ColumnKernels kPortable{contractPortable, cornersPortable, "portable"};
+const ColumnKernels kPortable{contractPortable, dotsPortable, "portable"};
 
 const ColumnKernels& widest() {
 #ifdef TTSDF_X86
-  static const ColumnKernels kAvx512{contractAvx512, cornersAvx512, "avx512"};
-  static const ColumnKernels kAvx2{contractAvx2, cornersAvx2, "avx2"};
+  static const ColumnKernels kAvx512{contractAvx512, dotsAvx512, "avx512"};
+  static const ColumnKernels kAvx2{contractAvx2, dotsAvx2, "avx2"};
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) return kAvx512;
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return kAvx2;
 #endif

@@ -12,14 +12,12 @@ constexpr int kColumnBlock = 4;  ///< columns of neighbouring first indices cont
 using ContractKernel = void (*)(const float* g, int stride_g, const float* slice, int r1, int width,
                                 float* c);
 
-/// out[c] = dot(columns[c & 3], last[c >> 2]), c < 8, over `width` padded floats: the eight corners of a
-/// cell.
-using CornerKernel = void (*)(const float* const columns[4], const float* const last[2], int width,
-                              float* out);
+/// out[c] = dot(columns[c & 3], last[c >> 2]), c < 8, over `width` padded floats.
+using DotKernel = void (*)(const float* const columns[4], const float* const last[2], int width, float* out);
 
 struct ColumnKernels {
   ContractKernel contract;
-  CornerKernel corners;
+  DotKernel dots;
   const char* name;  ///< "avx512" | "avx2" | "portable"
 };
 

@@ -11,6 +11,9 @@ namespace ttsdf {
 
 namespace {
 
+// What float rounding may do to a point on the border, in voxels: such a point is inside.
+constexpr float kBorderSlack = 1e-3f;
+
 struct LocateArguments {
   const float *x, *y, *z;
   int size;
@@ -32,9 +35,9 @@ TTSDF_VECTORIZE void locateChunk(const LocateArguments& in, CellChunk& cells) {
     const float half = in.nearest ? 0.5f : 0.0f;
     for (int n = 0; n < size; ++n) {
       const float index = m[0] * in.x[n] + m[1] * in.y[n] + m[2] * in.z[n] + m[3];
-      const bool inside = index >= 0.0f && index <= last;  // false for NaN
+      const bool inside = index >= -kBorderSlack && index <= last + kBorderSlack;  // false for NaN
       outside[n] = inside ? 0 : 1;
-      const float safe = inside ? index : 0.0f;
+      const float safe = inside ? std::min(std::max(index, 0.0f), last) : 0.0f;
       const float base = std::min(static_cast<float>(static_cast<std::int32_t>(safe + half)), cell_last);
       cell[n] = static_cast<std::int32_t>(base);
       fraction[n] = safe - base;
@@ -63,17 +66,40 @@ TTSDF_VECTORIZE void interpolateChunk(const CellChunk& cells, const CornerChunk&
   }
 }
 
+struct MaskArguments {
+  std::int32_t last[3];    // largest sample index
+  std::int32_t stride[3];  // of the mask's cells, chain order
+  float cells_per_voxel;
+};
+
+/// Index of the mask's cell around every point (nearest sample).
+TTSDF_VECTORIZE void maskCells(const CellChunk& cells, const MaskArguments& in, std::int32_t* linear) {
+  for (int n = 0; n < cells.size; ++n) linear[n] = 0;
+  for (int mode = 0; mode < 3; ++mode) {
+    for (int n = 0; n < cells.size; ++n) {
+      const std::int32_t voxel =
+          std::min(cells.cell[mode][n] + (cells.fraction[mode][n] >= 0.5f ? 1 : 0), in.last[mode]);
+      const float cell =
+          (static_cast<float>(voxel) + 0.5f) * in.cells_per_voxel;  // never near a whole number
+      linear[n] += in.stride[mode] * static_cast<std::int32_t>(cell);
+    }
+  }
+}
+
 /// Gradient to the map frame: df/dp = M^T df/dindex. Outside points get zeros.
 TTSDF_VECTORIZE void finishChunk(const CellChunk& cells, const float (*m)[4], const float* value,
                                  const float* ga, const float* gb, const float* gc, const SampleSpan& out,
                                  int begin) {
-  alignas(64) float keep[kChunk];
-  for (int n = 0; n < cells.size; ++n) keep[n] = cells.state[n] == PointState::kOutside ? 0.0f : 1.0f;
+  alignas(64) std::int32_t keep[kChunk];
+  for (int n = 0; n < cells.size; ++n) keep[n] = cells.state[n] == PointState::kOutside ? 0 : 1;
   for (int n = 0; n < cells.size; ++n) {
-    out.value[begin + n] = keep[n] * value[n];
-    out.gradient_x[begin + n] = keep[n] * (m[0][0] * ga[n] + m[1][0] * gb[n] + m[2][0] * gc[n]);
-    out.gradient_y[begin + n] = keep[n] * (m[0][1] * ga[n] + m[1][1] * gb[n] + m[2][1] * gc[n]);
-    out.gradient_z[begin + n] = keep[n] * (m[0][2] * ga[n] + m[1][2] * gb[n] + m[2][2] * gc[n]);
+    const float gx = m[0][0] * ga[n] + m[1][0] * gb[n] + m[2][0] * gc[n];
+    const float gy = m[0][1] * ga[n] + m[1][1] * gb[n] + m[2][1] * gc[n];
+    const float gz = m[0][2] * ga[n] + m[1][2] * gb[n] + m[2][2] * gc[n];
+    out.value[begin + n] = keep[n] ? value[n] : 0.0f;
+    out.gradient_x[begin + n] = keep[n] ? gx : 0.0f;
+    out.gradient_y[begin + n] = keep[n] ? gy : 0.0f;
+    out.gradient_z[begin + n] = keep[n] ? gz : 0.0f;
   }
   for (int n = 0; n < cells.size; ++n) out.state[begin + n] = cells.state[n];
 }
@@ -126,14 +152,21 @@ void GridField::locate(const PointSpan& points, int begin, CellChunk& cells) con
 
 void GridField::applyMask(CellChunk& cells) const {
   if (mask_.empty()) return;
+  MaskArguments in{};
+  const Dims& count = mask_.cellDims();
+  const std::int32_t stride[3] = {1, count[0], count[0] * count[1]};
+  for (std::size_t mode = 0; mode < 3; ++mode) {
+    in.last[mode] = sizes_[mode] - 1;
+    in.stride[mode] = stride[axes_[mode]];
+  }
+  in.cells_per_voxel = 1.0f / static_cast<float>(mask_.cellVoxels());
+  alignas(64) std::int32_t linear[kChunk];
+  maskCells(cells, in, linear);
+  const std::uint64_t* const bits = mask_.bits().data();
   for (int n = 0; n < cells.size; ++n) {
-    if (cells.state[n] != PointState::kValid) continue;
-    int voxel[3];
-    for (std::size_t mode = 0; mode < 3; ++mode) {
-      voxel[axes_[mode]] =
-          std::min(cells.cell[mode][n] + (cells.fraction[mode][n] >= 0.5f ? 1 : 0), sizes_[mode] - 1);
-    }
-    if (!mask_.atVoxel(voxel[0], voxel[1], voxel[2])) cells.state[n] = PointState::kUnknown;
+    const auto cell = static_cast<std::uint32_t>(linear[n]);
+    const bool known = (bits[cell >> 6] >> (cell & 63)) & 1u;
+    if (!known && cells.state[n] == PointState::kValid) cells.state[n] = PointState::kUnknown;
   }
 }
 

@@ -2,9 +2,10 @@
 // The compressed field, evaluated without decompressing it.
 //
 // For a pair (i, j) of first and middle index the column c_ij = G1(i, :) G2(:, j, :) (r2 numbers) is
-// contracted once and kept; a value is then a dot product of length r2. Interpolating the columns and the
-// last core equals interpolating the full array, so the trilinear value and gradient are exact in the TT
-// domain. The columns live across iterations and scans within a memory bound.
+// contracted once and kept; a sample is then a dot product of length r2. Interpolating samples equals
+// interpolating the cores, so the trilinear value and gradient are exact in the TT domain. Registration asks
+// again and again around the same surfaces: samples are kept in small bricks across iterations and scans,
+// within a memory bound, and a point then costs what it costs in the uncompressed array.
 
 #include <cstddef>
 #include <memory>
@@ -17,13 +18,13 @@ namespace ttsdf {
 
 struct TtFieldOptions {
   Interpolation interpolation = Interpolation::kTrilinear;
-  double cache_megabytes = 16.0;  ///< bound on the contracted columns kept
+  double cache_megabytes = 16.0;  ///< bound on the contracted columns and bricks kept
   bool portable = false;          ///< use the portable kernel even where the CPU has wider instructions
 };
 
 class TtDistanceField final : public DistanceField {
  public:
-  /// Throws std::invalid_argument if train, mask and geometry disagree.
+  /// Throws std::invalid_argument if train, mask and geometry disagree or an option is out of range.
   TtDistanceField(TensorTrain train, const GridGeometry& geometry, SupportMask mask = {},
                   TtFieldOptions options = {});
   ~TtDistanceField() override;
@@ -35,9 +36,10 @@ class TtDistanceField final : public DistanceField {
 
   const TensorTrain& train() const;
   const SupportMask& mask() const;
-  /// Bytes of contracted columns held now.
+  /// Bytes of contracted columns and bricks held now, book-keeping included.
   std::size_t cacheBytes() const;
-  /// Contracts every column ahead of the first scan, as far as the bound allows.
+  /// Makes the bricks around the surface ahead of the first scan, as far as the bound allows. Decodes the
+  /// whole map once: about 0.2 s for 8 million voxels.
   void warmUp();
 
  private:
