@@ -30,6 +30,24 @@ ttsdf_library(ttsdf_mapping
     src/mapping/tsdf_volume.cpp
     src/mapping/vdb_import.cpp
     src/mapping/vdb_io.cpp
+    # volume or mesh -> signed field
+    src/mapping/observed_grid.cpp
+    src/mapping/observed_volume.cpp
+    src/mapping/observed_surface.cpp
+    src/mapping/sharp_edges.cpp
+    src/mapping/triangle_foot.cpp
+    src/mapping/nearest_surface.cpp
+    src/mapping/manhattan_frame.cpp
+    src/mapping/signed_distance.cpp
+    src/mapping/smooth_unknown.cpp
+    src/mapping/sampled_field.cpp
+    src/mapping/sampled_field_surface.cpp
+    src/mapping/sampled_field_baselines.cpp
+    # signed field -> compressed map
+    src/mapping/build_options.cpp
+    src/mapping/build_report.cpp
+    src/mapping/field_weights.cpp
+    src/mapping/compression.cpp
   PUBLIC ttsdf_core
   PRIVATE OpenVDB::openvdb TBB::tbb ${VIGRAIMPEX_LIBRARY}
   INCLUDE ${VIGRA_INCLUDE_DIR})

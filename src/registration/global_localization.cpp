@@ -102,11 +102,12 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
        n < candidates.size() &&
        keepGoing(0.8 + 0.2 * static_cast<double>(n) / static_cast<double>(candidates.size()));
        ++n) {
-    refined.push_back(registration.align(points, candidates[n].T_map_sensor));
+    refined.push_back(registration.polish(points, candidates[n].T_map_sensor));
   }
   for (const auto& r : refined) {
     if (r.score < best.score) best = r;
   }
+  if (!refined.empty()) best = registration.align(points, best.T_map_sensor);
   for (const auto& r : refined) {
     const PoseError e = poseError(best.T_map_sensor, r.T_map_sensor);
     if ((e.translation > kSamePlace || e.rotation > kSameAngle) && r.score < best.runner_up_score) {

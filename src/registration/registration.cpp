@@ -104,6 +104,22 @@ class Registration::Impl {
     return result;
   }
 
+  RegistrationResult polish(const ScanPoints& points, const Eigen::Isometry3d& T_start) {
+    const auto begin = std::chrono::steady_clock::now();
+    RegistrationResult result;
+    result.T_map_sensor = T_start;
+    scan_.assign(points, options_.max_points);
+    result.points = scan_.size();
+    if (scan_.size() >= options_.min_points && T_start.matrix().allFinite()) {
+      int iterations = 0;
+      const StageResult stage = refine(T_start, iterations);
+      judge(stage, iterations, result);
+    }
+    result.milliseconds =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    return result;
+  }
+
   const RegistrationOptions& options() const { return options_; }
   const DistanceField& field() const { return *field_; }
   const DistanceField* longRangeField() const { return long_range_.get(); }
@@ -202,6 +218,12 @@ class Registration::Impl {
   }
 
   void finish(const StageResult& stage, int iterations, RegistrationResult& result) {
+    judge(stage, iterations, result);
+    describeInformation(stage, result);
+  }
+
+  /// Statistics, reason and verdict.
+  void judge(const StageResult& stage, int iterations, RegistrationResult& result) const {
     report(stage.equations, stage.T_map_sensor, result);
     result.iterations = iterations;
     const double known = static_cast<double>(stage.equations.valid) / std::max(1, stage.equations.points());
@@ -214,7 +236,6 @@ class Registration::Impl {
       result.success = result.inlier_ratio >= options_.min_inlier_ratio;
       if (!result.success) result.reason = TerminationReason::kLowScore;
     }
-    describeInformation(stage, result);
   }
 
   void describeInformation(const StageResult& stage, RegistrationResult& result) {
@@ -261,6 +282,9 @@ Registration& Registration::operator=(Registration&&) noexcept = default;
 RegistrationResult Registration::align(const ScanPoints& points,
                                        const Eigen::Isometry3d& T_map_sensor_prior) {
   return impl_->align(points, T_map_sensor_prior);
+}
+RegistrationResult Registration::polish(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor) {
+  return impl_->polish(points, T_map_sensor);
 }
 const RegistrationOptions& Registration::options() const { return impl_->options(); }
 const DistanceField& Registration::field() const { return impl_->field(); }

@@ -41,10 +41,10 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
   const DistanceField& coarse =
       registration.longRangeField() ? *registration.longRangeField() : registration.field();
   DescentOptions wide;
-  wide.scales = {0.5, 0.5, 0.5, 0.5, 0.3, 0.3, 0.3, 0.15, 0.15, 0.15};
+  wide.scales = {1.0, 1.0, 0.5, 0.5, 0.5, 0.3, 0.3, 0.15, 0.15};
   wide.score_scale = 0.08;
   auto candidates = bestDistinct(descendAll(coarse, scan, starts, wide),
-                                 static_cast<std::size_t>(3 * options.refined), 0.05, 0.05);
+                                 static_cast<std::size_t>(2 * options.refined), 0.05, 0.05);
   // A second look in the fine field decides which ones deserve all points.
   std::vector<Eigen::Isometry3d> middle;
   for (const Candidate& c : candidates) middle.push_back(c.T_map_sensor);
@@ -53,14 +53,19 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
   candidates = bestDistinct(descendAll(registration.field(), scan, middle, narrow),
                             static_cast<std::size_t>(options.refined), 0.03, 0.03);
 
-  RegistrationResult best;
-  best.T_map_sensor = T_map_sensor_prior;
   int iterations = static_cast<int>(starts.size() * wide.scales.size());
+  Eigen::Isometry3d T_best = T_map_sensor_prior;
+  double best_score = 2.0;
   for (const Candidate& c : candidates) {
-    const RegistrationResult refined = registration.align(points, c.T_map_sensor);
-    iterations += refined.iterations;
-    if (refined.score < best.score) best = refined;
+    const RegistrationResult polished = registration.polish(points, c.T_map_sensor);
+    iterations += polished.iterations;
+    if (polished.score < best_score) {
+      best_score = polished.score;
+      T_best = polished.T_map_sensor;
+    }
   }
+  RegistrationResult best = registration.align(points, T_best);
+  iterations += best.iterations;
   best.iterations = iterations;
   best.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();

@@ -87,6 +87,10 @@ class Registration {
   /// One start, from the prior. Not thread-safe (owns work space); never throws for bad points.
   RegistrationResult align(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor_prior);
 
+  /// Only the last stages, from a pose that is already within a few centimetres: no far field, no restarts, and no
+  /// covariance. What multi-start search compares its candidates with.
+  RegistrationResult polish(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor);
+
   const RegistrationOptions& options() const;
   const DistanceField& field() const;
   /// The coarse far field (null if the map shows no surface or `long_range` is off).

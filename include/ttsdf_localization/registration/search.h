@@ -12,8 +12,8 @@ struct SearchOptions {
   int starts = 64;
   double translation_sigma = 0.5;  ///< spread of the starts around the prior [m]
   double rotation_sigma = 0.15;    ///< [rad]
-  int coarse_points = 360;
-  int refined = 5;  ///< best starts refined on all points
+  int coarse_points = 300;
+  int refined = 3;  ///< best starts refined on all points
   int seed = 1;
 };
 const OptionTable<SearchOptions>& searchOptionTable();
