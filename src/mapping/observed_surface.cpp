@@ -177,6 +177,14 @@ SurfaceMesh keepLargePieces(const std::vector<Eigen::Vector3f>& vertices,
   return mesh;
 }
 
+/// Vertices with nothing but slivers around them keep a zero normal, not NaN.
+void normalizeColumns(Eigen::Matrix3Xf& vectors) {
+  for (Eigen::Index n = 0; n < vectors.cols(); ++n) {
+    const float length = vectors.col(n).norm();
+    if (length > 0.0F) vectors.col(n) /= length;
+  }
+}
+
 Eigen::Matrix3Xf vertexNormals(const SurfaceMesh& mesh, int smoothing) {
   Eigen::Matrix3Xf normals = Eigen::Matrix3Xf::Zero(3, mesh.vertices.cols());
   for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
@@ -186,7 +194,7 @@ Eigen::Matrix3Xf vertexNormals(const SurfaceMesh& mesh, int smoothing) {
     const Eigen::Vector3f normal = (mesh.vertices.col(t[1]) - a).cross(mesh.vertices.col(t[2]) - a);
     for (int c = 0; c < 3; ++c) normals.col(t[c]) += normal;
   }
-  normals.colwise().normalize();
+  normalizeColumns(normals);
   for (int pass = 0; pass < smoothing; ++pass) {
     Eigen::Matrix3Xf sum = normals;
     for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
@@ -194,7 +202,8 @@ Eigen::Matrix3Xf vertexNormals(const SurfaceMesh& mesh, int smoothing) {
       const Eigen::Vector3f total = normals.col(t[0]) + normals.col(t[1]) + normals.col(t[2]);
       for (int c = 0; c < 3; ++c) sum.col(t[c]) += total;
     }
-    normals = sum.colwise().normalized();
+    normalizeColumns(sum);
+    normals = sum;
   }
   return normals;
 }

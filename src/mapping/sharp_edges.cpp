@@ -75,7 +75,9 @@ class Sharpener {
     for (std::size_t v = 0; v < vertices_.size(); ++v) {
       for (std::size_t n = start_[v]; n < start_[v + 1]; ++n)
         normals_[v] += quad_normals[static_cast<std::size_t>(quad_of_[n])];
-      normals_[v].normalize();
+      const float area = normals_[v].norm();
+      if (!(area > 0.1F)) continue;  // nothing but slivers around it
+      normals_[v] /= area;
       bool flat = true;
       for (std::size_t n = start_[v]; n < start_[v + 1] && flat; ++n) {
         const Eigen::Vector3f& normal = quad_normals[static_cast<std::size_t>(quad_of_[n])];

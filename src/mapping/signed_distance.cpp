@@ -169,7 +169,8 @@ SurfaceView viewSurface(const ObservedSurface& surface, std::int32_t triangle, c
           ((surface.border_edges[static_cast<std::size_t>(triangle)] >> ((c + 1) % 3)) & 1U) != 0;
     }
   }
-  normal.normalize();
+  const float length = normal.norm();
+  if (length > 0.0F) normal /= length;
   const Eigen::Vector3f way = index - foot.point;
   view.foot = foot.point;
   view.along = normal.dot(way);

@@ -3,13 +3,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "hole_filling.h"
 #include "parallel.h"
 #include "ttsdf_localization/mapping/signed_distance.h"
 
 namespace ttsdf {
 namespace {
 
-constexpr int kSweeps = 16;
 constexpr float kJump = 2.5F;         // more between two neighbours is no course of a distance [voxel]
 constexpr float kNearSurface = 2.0F;  // values smaller than this are the surface's own business [voxel]
 constexpr int kJumpReach = 4;         // samples on either side of a jump that may give way
@@ -22,12 +22,10 @@ class Smoother {
   }
 
   void run() {
-    forEachInner([this](std::size_t n) {
-      if (!field_.known[n] && !field_.supported[n]) loose_[n] = 1;
-    });
+    for (std::size_t n = 0; n < loose_.size(); ++n)
+      loose_[n] = !field_.known[n] && !field_.supported[n] ? 1 : 0;
     loosenJumps();
-    // Red and black samples in turn: the result does not depend on the threads.
-    for (int sweep = 0; sweep < 2 * kSweeps; ++sweep) relax(sweep & 1);
+    fillHoles(field_.values, loose_, threads_);
   }
 
  private:
@@ -74,22 +72,6 @@ class Smoother {
       if (!front[n]) return;
       loose_[n] = 1;
       field_.supported[n] = 0;
-    });
-  }
-
-  void relax(int colour) {
-    float* values = field_.values.data();
-    parallelFor(std::max(0, dims_[2] - 2), threads_, [&](int slice) {
-      for (int j = 1; j + 1 < dims_[1]; ++j) {
-        const int first = 1 + ((1 + j + slice + 1 + colour) & 1);
-        for (int i = first; i + 1 < dims_[0]; i += 2) {
-          const std::size_t n = field_.values.offset(i, j, slice + 1);
-          if (!loose_[n]) continue;
-          float sum = 0.0F;
-          for (int axis = 0; axis < 3; ++axis) sum += values[n - stride(axis)] + values[n + stride(axis)];
-          values[n] = sum / 6.0F;
-        }
-      }
     });
   }
 
