@@ -34,11 +34,13 @@ ttsdf_library(ttsdf_mapping
     src/mapping/observed_grid.cpp
     src/mapping/observed_volume.cpp
     src/mapping/observed_surface.cpp
+    src/mapping/surface_extraction.cpp
     src/mapping/sharp_edges.cpp
     src/mapping/triangle_foot.cpp
     src/mapping/nearest_surface.cpp
     src/mapping/manhattan_frame.cpp
     src/mapping/signed_distance.cpp
+    src/mapping/hole_filling.cpp
     src/mapping/smooth_unknown.cpp
     src/mapping/sampled_field.cpp
     src/mapping/sampled_field_surface.cpp
