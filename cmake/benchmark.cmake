@@ -1,1 +1,9 @@
-# filled by its layer
+# Benchmarks (TTSDF_BUILD_BENCHMARKS): one program per layer, on the simulated apartment.
+find_package(benchmark REQUIRED)
+
+foreach(name field registration map)
+  add_executable(${name}_benchmark benchmark/${name}_benchmark.cpp benchmark/benchmark_world.cpp)
+  target_include_directories(${name}_benchmark PRIVATE benchmark)
+  target_link_libraries(${name}_benchmark PRIVATE
+    ttsdf_simulation ttsdf_mapping ttsdf_core benchmark::benchmark benchmark::benchmark_main ttsdf_warnings)
+endforeach()

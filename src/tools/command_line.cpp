@@ -116,6 +116,12 @@ void CommandLine::addSection(Section section) {
         kConfigFlag, po::value<std::string>(&impl_->config)->value_name("FILE.yaml"),
         "Option file; its keys are the names of the options below with '_' for '-'. The command line wins.");
   }
+  for (const auto& row : section.rows) {
+    if (impl_->general.find_nothrow(flagName(row.name), false)) {
+      throw std::logic_error("flag --" + flagName(row.name) + " of " + impl_->program + " hides option " +
+                             row.name);
+    }
+  }
   impl_->sections.push_back(std::move(section));
 }
 

@@ -7,12 +7,15 @@ namespace ttsdf {
 
 namespace {
 
-// Singular values of A B from the Gram matrices A^T A and B B^T: roots of the eigenvalues of S A^T A S, S S = B B^T.
-std::vector<double> productSingularValues(const Eigen::MatrixXd& gram_left, const Eigen::MatrixXd& gram_right) {
+// Singular values of A B from the Gram matrices A^T A and B B^T: roots of the eigenvalues of S A^T A S, S S =
+// B B^T.
+std::vector<double> productSingularValues(const Eigen::MatrixXd& gram_left,
+                                          const Eigen::MatrixXd& gram_right) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> right(gram_right);
   const Eigen::VectorXd roots = right.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   const Eigen::MatrixXd root = right.eigenvectors() * roots.asDiagonal() * right.eigenvectors().transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> product(root * gram_left * root, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> product(root * gram_left * root,
+                                                               Eigen::EigenvaluesOnly);
   std::vector<double> values;
   for (Eigen::Index n = product.eigenvalues().size() - 1; n >= 0; --n) {
     values.push_back(std::sqrt(std::max(0.0, product.eigenvalues()[n])));

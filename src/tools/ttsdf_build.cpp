@@ -3,6 +3,7 @@
 #include <json/json.h>
 
 #include <chrono>
+#include <cstdio>
 #include <fstream>
 #include <iostream>
 
@@ -103,6 +104,14 @@ Json::Value report(const ttsdf::BuiltMap& built, const Source& source) {
   return root;
 }
 
+void printSummary(const ttsdf::BuiltMap& built) {
+  const auto& dims = built.map.geometry.dims;
+  std::printf(
+      "%d x %d x %d voxels of %g m, ranks %d and %d, %s: %zu bytes; error near the surface %.1f mm rms\n",
+      dims[0], dims[1], dims[2], built.map.geometry.voxel_size, built.report.rank1, built.report.rank2,
+      built.report.encoding.c_str(), built.bytes.size(), 1e3 * built.report.surface_rms);
+}
+
 int run(int argc, char** argv) {
   Arguments a;
   ttsdf::CommandLine line("ttsdf_build",
@@ -121,6 +130,7 @@ int run(int argc, char** argv) {
   });
   ttsdf::writeFileAtomically(a.output, built.bytes);
   if (!a.report.empty()) ttsdf::writeJson(a.report, report(built, source));
+  printSummary(built);
   return 0;
 }
 

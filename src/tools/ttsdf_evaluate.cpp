@@ -27,7 +27,7 @@ void declare(ttsdf::CommandLine& line, Arguments& a) {
   line.value("map", "MAP.ttsdf", a.map, "The map of the methods that name none.")
       .value("frames", "DIR", a.frames, "Frames folder with the scans and their true poses.")
       .value("output", "LOG.csv", a.output, "One row per estimate. What it already holds is not run again.")
-      .value("method", "SPEC", a.methods,
+      .value("methods", "SPEC", a.methods,
              "[label=]kind[:key=value,...], any number. Kinds: prior, track, search, global, icp, icp_plane, "
              "gicp, "
              "ndt. Keys: map, interpolation, dense, and every option below. (default track)")
@@ -97,7 +97,7 @@ std::string datasetName(const Arguments& a) {
 int run(int argc, char** argv) {
   Arguments a;
   ttsdf::CommandLine line(
-      "ttsdf_evaluate", "--map MAP.ttsdf --frames DIR --output LOG.csv [--method SPEC]... [options]",
+      "ttsdf_evaluate", "--map MAP.ttsdf --frames DIR --output LOG.csv [--methods SPEC...] [options]",
       "Runs the perturbation sweep: every scan from its true pose, moved or turned by known amounts.");
   declare(line, a);
   if (!line.parse(argc, argv, std::cout)) return 0;

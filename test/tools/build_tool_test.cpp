@@ -71,9 +71,9 @@ TEST_F(BuildTool, SweepOnTheOtherFramesSucceeds) {
                                            "--translations", "0.1",
                                            "--rotations",    "0.05",
                                            "--directions",   "1",
-                                           "--method",       "prior",
-                                           "--method",       "ours=track",
-                                           "--method",       "icp_plane"};
+                                           "--methods",      "prior",
+                                           "--methods",      "ours=track",
+                                           "--methods",      "icp_plane"};
   const auto run = runProcess("ttsdf_evaluate", arguments);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto lines = linesOf(fileText(log));

@@ -25,7 +25,8 @@ class MapTools : public ::testing::Test {
 TestFolder* MapTools::folder_ = nullptr;
 
 TEST_F(MapTools, EveryToolExplainsItself) {
-  for (const char* tool : {"ttsdf_build", "ttsdf_info", "ttsdf_query", "ttsdf_register", "ttsdf_evaluate"}) {
+  for (const char* tool :
+       {"ttsdf_build", "ttsdf_info", "ttsdf_query", "ttsdf_register", "ttsdf_convert", "ttsdf_evaluate"}) {
     const auto run = runProcess(tool, {"--help"});
     EXPECT_EQ(run.exit_code, 0) << tool << run.err;
     EXPECT_EQ(run.out.rfind(std::string("usage: ") + tool, 0), 0u) << run.out;
@@ -89,6 +90,31 @@ TEST_F(MapTools, QueryNearestTakesTheVoxelsValue) {
   EXPECT_NEAR(std::stod(nearest.out), 0.4, 1e-3);  // sample at z = 2.0
   const auto trilinear = runProcess("ttsdf_query", {path(), "--points", points});
   EXPECT_NEAR(std::stod(trilinear.out), 0.38, 1e-3);
+}
+
+TEST_F(MapTools, ConvertLowersRanksCutsAndJoins) {
+  const auto out = *folder_ / "out.ttsdf";
+  auto run =
+      runProcess("ttsdf_convert", {path(), "--output", out, "--max-rank", "12,9", "--encoding", "float16"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto bytes = readFile(out);
+  EXPECT_EQ(fileInfo(bytes.data(), bytes.size()).encoding, Encoding::kFloat16);
+  const auto low = deserialize(bytes.data(), bytes.size());
+  EXPECT_EQ(low.train.rank1(), 12);
+  EXPECT_EQ(low.train.rank2(), 9);
+  const auto left = *folder_ / "left.ttsdf", right = *folder_ / "right.ttsdf";
+  ASSERT_EQ(runProcess("ttsdf_convert", {path(), "--output", left, "--crop", "-1,-1,-1,1.6,9,9"}).exit_code,
+            0);
+  ASSERT_EQ(runProcess("ttsdf_convert", {path(), "--output", right, "--crop", "1.4,-1,-1,9,9,9"}).exit_code,
+            0);
+  EXPECT_LT(loadMap(left).geometry.dims[0], 45);
+  run = runProcess("ttsdf_convert", {left, "--merge", right, "--output", out});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE((loadMap(out).geometry.dims == loadMap(path()).geometry.dims).all());
+  expectError(runProcess("ttsdf_convert", {path()}), 2, {"--output"});
+  expectError(runProcess("ttsdf_convert", {path(), "--output", out, "--max-rank", "x"}), 2,
+              {"--max-rank", "x"});
+  expectError(runProcess("ttsdf_convert", {path(), "--output", out, "--crop", "8,8,8,9,9,9"}), 1, {"crop"});
 }
 
 TEST_F(MapTools, WrongUsageIsTwoAndFailureIsOne) {

@@ -44,7 +44,7 @@ class CommandLine {
   CommandLine& positionals(const std::string& placeholder, std::vector<std::string>& target);
 
   /// Every row of a table. A name in several tables sets all of them; in the option file the key may stand
-  /// alone or below the section's name.
+  /// alone or below the section's name. Throws std::logic_error if the tool has a flag of such a name.
   template <class Options>
   CommandLine& options(const std::string& section, const OptionTable<Options>& table, Options& target);
 

@@ -11,8 +11,8 @@ struct Spectra {
   std::vector<double> second;  ///< of the (n1 n2) x n3 unfolding, falling
 };
 
-/// Singular values of the whole array's unfoldings, computed on the cores: r1 and r2 values. Values below 1e-8 of the
-/// largest are noise (Gram matrices in double).
+/// Singular values of the whole array's unfoldings, computed on the cores: r1 and r2 values. Values below
+/// 1e-8 of the largest are noise (Gram matrices in double).
 Spectra spectra(const TensorTrain& train);
 
 }  // namespace ttsdf
