@@ -117,6 +117,7 @@ BuiltMap compress(const SampledField& field, const FusionOptions& fusion, const 
   TtSdfMap map;
   map.train = decompose(field, parseRanks(options.max_rank), options, progress);
   map.geometry = field.geometry;
+  map.frame_id = field.frame_id;
   if (options.support_mask) map.mask = field.mask;
   map.kind = fieldKindFromName(options.field);
   map.truncation = fusion.truncation;

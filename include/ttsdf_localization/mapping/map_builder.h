@@ -41,6 +41,7 @@ struct SampledField {
   std::vector<std::uint8_t> known;   ///< per voxel: 1 where some ray saw it (free or band); same order as values
   GridGeometry geometry;
   SupportMask mask;
+  std::string frame_id = "map";      ///< the map's frame
 };
 
 struct BuildReport {
