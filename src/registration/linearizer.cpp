@@ -21,6 +21,7 @@ struct Chunk {
   alignas(64) PointState state[kChunkPoints];
   alignas(64) float weight[kChunkPoints], residual[kChunkPoints], loss[kChunkPoints], score[kChunkPoints];
   alignas(64) float inlier[kChunkPoints], valid[kChunkPoints];
+  const float* trust;  // of the points, by range
   alignas(64) float jacobian[6][kChunkPoints];
 };
 
@@ -58,8 +59,8 @@ TTSDF_VECTORIZE void residualChunk(Chunk& c, const KernelConstants& k) {
     const float r = c.value[n], r2 = r * r;
     const float q = k.scale2 / (r2 + k.scale2);
     c.valid[n] = valid;
-    c.weight[n] = valid * (k.robust * q * q + (1.0f - k.robust));
-    c.loss[n] = valid * (k.robust * (1.0f - q) + (1.0f - k.robust) * r2);
+    c.weight[n] = valid * c.trust[n] * (k.robust * q * q + (1.0f - k.robust));
+    c.loss[n] = valid * c.trust[n] * (k.robust * (1.0f - q) + (1.0f - k.robust) * r2);
     c.score[n] = valid * r2 / (r2 + k.score2);
     c.inlier[n] = valid * (r2 < k.inlier2 ? 1.0f : 0.0f);
     c.residual[n] = r;
@@ -142,6 +143,7 @@ NormalEquations linearize(const DistanceField& field, const ScanBuffer& scan, in
   for (int begin = 0; begin < count; begin += kChunkPoints) {
     chunk.size = std::min(kChunkPoints, count - begin);
     transformChunk(scan.x() + begin, scan.y() + begin, scan.z() + begin, pose, chunk);
+    chunk.trust = scan.weight() + begin;
     field.evaluate(PointSpan{chunk.x, chunk.y, chunk.z, chunk.size},
                    SampleSpan{chunk.value, chunk.gx, chunk.gy, chunk.gz, chunk.state});
     residualChunk(chunk, constants);

@@ -23,11 +23,11 @@ struct ResidualModel {
 struct NormalEquations {
   Matrix6d H = Matrix6d::Zero();
   Vector6d g = Vector6d::Zero();  ///< gradient of the cost: the step solves H xi = -g
-  double cost = 0.0;              ///< sum of the loss of valid points, in [0, 1] each if robust
-  double score = 0.0;             ///< sum of r^2 / (r^2 + score_scale^2) of valid points
-  double inlier_squares = 0.0;    ///< sum of r^2 of inliers
-  double squares = 0.0;           ///< sum of r^2 of valid points
-  double weight = 0.0;            ///< sum of the robust weights of valid points
+  double cost = 0.0;   ///< sum of the loss of valid points times their trust, in [0, 1] each if robust
+  double score = 0.0;  ///< sum of r^2 / (r^2 + score_scale^2) of valid points
+  double inlier_squares = 0.0;  ///< sum of r^2 of inliers
+  double squares = 0.0;         ///< sum of r^2 of valid points
+  double weight = 0.0;          ///< sum of the robust weights of valid points times their trust
   int valid = 0, unknown = 0, outside = 0, inliers = 0;
   int points() const { return valid + unknown + outside; }
 };

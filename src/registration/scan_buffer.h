@@ -20,6 +20,8 @@ class ScanBuffer {
   const float* x() const { return x_.data(); }
   const float* y() const { return y_.data(); }
   const float* z() const { return z_.data(); }
+  /// Trust in (0, 1] by range: depth noise and distortion grow with its square.
+  const float* weight() const { return weight_.data(); }
   /// Sensor frame [m]; point n is centroid + (x[n], y[n], z[n]).
   const Eigen::Vector3d& centroid() const { return centroid_; }
   /// Root mean square distance to the centroid [m]: turns radians into metres.
@@ -30,7 +32,7 @@ class ScanBuffer {
  private:
   void take(const Eigen::Matrix3Xf& points);  // the columns order_ lists
 
-  std::vector<float> x_, y_, z_;
+  std::vector<float> x_, y_, z_, weight_;
   std::vector<int> finite_, order_;
   Eigen::Vector3d centroid_ = Eigen::Vector3d::Zero();
   double radius_ = 0.0;

@@ -41,12 +41,12 @@ std::vector<ClusteredScore> scores(const DistanceField& field, const ScanBuffer&
     if (samples.states[static_cast<std::size_t>(n)] != PointState::kValid) continue;
     const double r = static_cast<double>(samples.values[n]);
     const double q = model.scale * model.scale / (r * r + model.scale * model.scale);
+    const double weight = static_cast<double>(scan.weight()[n]) * (model.robust ? q * q : 1.0);
     Eigen::Vector3d gradient = samples.gradients.col(n).cast<double>();
     if (gradient.norm() > 1.0) gradient.normalize();
     Vector6d J;
     J << lever.col(n).cast<double>().cross(gradient), gradient;
-    result.push_back(
-        {cellKey(points(0, n), points(1, n), points(2, n), cluster), (model.robust ? q * q : 1.0) * r * J});
+    result.push_back({cellKey(points(0, n), points(1, n), points(2, n), cluster), weight * r * J});
   }
   std::stable_sort(result.begin(), result.end(),
                    [](const ClusteredScore& a, const ClusteredScore& b) { return a.cell < b.cell; });
