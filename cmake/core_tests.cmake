@@ -15,3 +15,8 @@ ttsdf_unit_test(field/column_kernels_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(field/brick_decoder_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(field/distance_field_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(field/tt_distance_field_test.cpp LIBS ttsdf_core)
+
+ttsdf_unit_test(registration/scan_buffer_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(registration/linearizer_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(registration/registration_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(registration/covariance_test.cpp LIBS ttsdf_core)

@@ -1,0 +1,309 @@
+// Registration against worlds whose distance is known in closed form.
+
+#include "ttsdf_localization/registration/registration.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "analytic_world.h"
+#include "ttsdf_localization/field/tt_distance_field.h"
+#include "ttsdf_localization/tensor/tt_svd.h"
+
+namespace ttsdf {
+namespace {
+
+using test::castRays;
+using test::denseField;
+using test::furnishedRoom;
+using test::perturbed;
+using test::roomGeometry;
+using test::roomPose;
+
+constexpr double kVoxel = 0.05;
+
+std::shared_ptr<const DistanceField> compressedField(const test::Sdf& sdf, const GridGeometry& geometry,
+                                                     int rank) {
+  TtSvdOptions options;
+  options.max_rank1 = options.max_rank2 = rank;
+  return std::make_shared<TtDistanceField>(ttSvd(test::sampled(sdf, geometry), options).train, geometry);
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                   values.end());
+  return values[values.size() / 2];
+}
+
+/// Errors over several poses and perturbations of 0.2 m and 0.1 rad.
+struct Errors {
+  std::vector<double> translation, rotation;
+  int successes = 0;
+};
+Errors alignMany(Registration& registration, int count) {
+  Errors errors;
+  for (int n = 0; n < count; ++n) {
+    const auto seed = static_cast<unsigned>(n);
+    const Eigen::Isometry3d truth = roomPose(seed);
+    const Eigen::Matrix3Xf points = castRays(furnishedRoom, truth, test::directions(1500));
+    const RegistrationResult result = registration.align(points, perturbed(truth, 0.2, 0.1, seed + 100));
+    const PoseError error = poseError(truth, result.T_map_sensor);
+    errors.translation.push_back(error.translation);
+    errors.rotation.push_back(error.rotation);
+    errors.successes += result.success ? 1 : 0;
+    EXPECT_EQ(result.weak_directions, 0);
+    EXPECT_EQ(result.points, points.cols());
+    EXPECT_GT(result.iterations, 0);
+    EXPECT_GT(result.milliseconds, 0.0);
+  }
+  return errors;
+}
+
+TEST(Registration, FindsNoiseFreeScansOfARoomWithinATwentiethOfAVoxel) {
+  for (const int rank : {1000, 40}) {
+    Registration registration(compressedField(furnishedRoom, roomGeometry(kVoxel), rank));
+    const Errors errors = alignMany(registration, 15);
+    EXPECT_EQ(errors.successes, 15) << rank;
+    EXPECT_LT(median(errors.translation), 0.05 * kVoxel) << rank;
+    EXPECT_LT(median(errors.rotation), 0.05 * kVoxel) << rank << ": radians at one metre";
+    for (const double error : errors.translation) EXPECT_LT(error, kVoxel) << rank;
+  }
+}
+
+TEST(Registration, StaysWithinAVoxelAtLowRank) {
+  Registration registration(compressedField(furnishedRoom, roomGeometry(kVoxel), 15));
+  const Errors errors = alignMany(registration, 10);
+  EXPECT_EQ(errors.successes, 10);
+  for (const double error : errors.translation) EXPECT_LT(error, kVoxel);
+}
+
+TEST(Registration, GaussNewtonOfThePaperFindsTheRoomFromNearby) {
+  TtFieldOptions nearest;
+  nearest.interpolation = Interpolation::kNearest;
+  const GridGeometry geometry = roomGeometry(kVoxel);
+  const auto field = std::make_shared<TtDistanceField>(
+      ttSvd(test::sampled(furnishedRoom, geometry), {}).train, geometry, SupportMask(), nearest);
+  RegistrationOptions options;
+  options.method = "gauss_newton";
+  Registration registration(field, options);
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    const Eigen::Isometry3d truth = roomPose(seed);
+    const RegistrationResult result = registration.align(
+        castRays(furnishedRoom, truth, test::directions(1500)), perturbed(truth, 0.05, 0.02, seed));
+    EXPECT_LT(poseError(truth, result.T_map_sensor).translation, kVoxel) << seed;
+  }
+}
+
+TEST(Registration, FindsTheCentreOfASphereAndKeepsTheRotation) {
+  const auto sphere = [](const Eigen::Vector3d& p) {
+    return 1.0 - (p - Eigen::Vector3d(1.5, 1.5, 1.2)).norm();
+  };
+  Registration registration(denseField(sphere, roomGeometry(kVoxel)));
+  const Eigen::Isometry3d truth(Eigen::Translation3d(1.5, 1.5, 1.2));
+  const Eigen::Matrix3Xf points = castRays(sphere, truth, test::directions(2000));
+  const Eigen::Isometry3d prior = perturbed(truth, 0.1, 0.2, 3);
+  const RegistrationResult result = registration.align(points, prior);
+  EXPECT_TRUE(result.success);
+  EXPECT_EQ(result.weak_directions, 3);
+  EXPECT_LT((result.T_map_sensor.translation() - truth.translation()).norm(), 0.05 * kVoxel);
+  EXPECT_LT(
+      poseError(Eigen::Isometry3d(result.T_map_sensor.linear()), Eigen::Isometry3d(prior.linear())).rotation,
+      0.02)
+      << "nothing tells how the sphere is turned: the prior stays, within a tenth of its 0.2 rad";
+}
+
+TEST(Registration, ASingleWallKeepsThePriorInThreeDirections) {
+  const auto wall = [](const Eigen::Vector3d& p) { return p.z() - 0.5; };
+  Registration registration(denseField(wall, roomGeometry(kVoxel)));
+  Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
+  truth.translation() = Eigen::Vector3d(2.0, 1.5, 1.9);
+  truth.linear() = expSo3(Eigen::Vector3d(M_PI, 0.0, 0.0));  // looks down
+  const Eigen::Matrix3Xf points = castRays(wall, truth, test::cameraDirections(40, 30));
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    const Eigen::Isometry3d prior = perturbed(truth, 0.1, 0.05, seed);
+    const RegistrationResult result = registration.align(points, prior);
+    EXPECT_TRUE(result.success);
+    EXPECT_EQ(result.weak_directions, 3);
+    // Found: the distance and both tilts.
+    const Eigen::Vector3d centroid = points.cast<double>().rowwise().mean();
+    const Eigen::Vector3d moved = result.T_map_sensor * centroid, before = prior * centroid;
+    EXPECT_NEAR(moved.z(), 0.5, 0.05 * kVoxel);
+    EXPECT_NEAR((result.T_map_sensor.linear() * Eigen::Vector3d::UnitZ()).dot(Eigen::Vector3d::UnitZ()), -1.0,
+                1e-5);
+    // Kept: both translations along the wall and the turn about its normal, to a tenth of the perturbation.
+    EXPECT_LT((moved - before).head<2>().norm(), 0.01) << seed;
+    const Eigen::Vector3d turn = logSo3(result.T_map_sensor.linear() * prior.linear().transpose());
+    EXPECT_LT(std::abs(turn.z()), 0.005) << seed;
+    // And said so: the weak directions have the large variance.
+    EXPECT_GT(result.covariance(3, 3), 0.5);
+    EXPECT_GT(result.covariance(4, 4), 0.5);
+    EXPECT_LT(result.hessian_eigenvalues[2], 0.01);
+    EXPECT_GT(result.hessian_eigenvalues[3], 0.05);
+  }
+}
+
+TEST(Registration, ACorridorKeepsThePriorAlongIt) {
+  const auto corridor = [](const Eigen::Vector3d& p) {
+    return std::min({p.y() - 0.5, 2.3 - p.y(), p.z(), 2.2 - p.z()});
+  };
+  Registration registration(denseField(corridor, roomGeometry(kVoxel)));
+  Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
+  truth.translation() = Eigen::Vector3d(1.8, 1.4, 1.1);
+  Eigen::Matrix3Xf points = castRays(corridor, truth, test::directions(2500));
+  // Up to 1.5 m along: what is seen must be inside the map.
+  std::vector<Eigen::Index> near;
+  for (Eigen::Index n = 0; n < points.cols(); ++n) {
+    if (std::abs(points(0, n)) < 1.5f) near.push_back(n);
+  }
+  points = Eigen::Matrix3Xf(points(Eigen::all, near));
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    const Eigen::Isometry3d prior = perturbed(truth, 0.1, 0.05, seed);
+    const RegistrationResult result = registration.align(points, prior);
+    EXPECT_TRUE(result.success);
+    EXPECT_EQ(result.weak_directions, 1);
+    EXPECT_LT(std::abs(result.T_map_sensor.translation().x() - prior.translation().x()), 0.01) << seed;
+    EXPECT_LT((result.T_map_sensor.translation() - truth.translation()).tail<2>().norm(), 0.05 * kVoxel)
+        << seed;
+    EXPECT_LT(poseError(truth, result.T_map_sensor).rotation, 0.05 * kVoxel) << seed;
+    EXPECT_GT(result.covariance(3, 3), 0.5) << "along the corridor";
+    EXPECT_LT(result.covariance(4, 4), 1e-4);
+    const Vector6d weak = result.hessian_eigenvectors.col(0);
+    EXPECT_GT(std::abs(weak[3]), 0.99) << "the weak direction is the translation along x";
+  }
+}
+
+class RegistrationOnBadInput : public testing::Test {
+ protected:
+  const std::shared_ptr<const DistanceField> field_ = denseField(furnishedRoom, roomGeometry(kVoxel));
+  const Eigen::Isometry3d truth_ = roomPose(1);
+  const Eigen::Matrix3Xf points_ = castRays(furnishedRoom, truth_, test::directions(1000));
+};
+
+TEST_F(RegistrationOnBadInput, PointsThatAreNoneAreIgnored) {
+  Registration registration(field_);
+  Eigen::Matrix3Xf dirty(3, 2 * points_.cols());
+  const float bad[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                       1e30f};
+  for (Eigen::Index n = 0; n < points_.cols(); ++n) {
+    dirty.col(2 * n) = points_.col(n);
+    dirty.col(2 * n + 1) = points_.col(n);
+    dirty(n % 3, 2 * n + 1) = bad[n % 3];
+  }
+  const Eigen::Isometry3d prior = perturbed(truth_, 0.1, 0.05, 1);
+  const RegistrationResult clean = registration.align(points_, prior),
+                           result = registration.align(dirty, prior);
+  EXPECT_EQ(result.points, points_.cols());
+  EXPECT_EQ(result.T_map_sensor.matrix(), clean.T_map_sensor.matrix());
+}
+
+TEST_F(RegistrationOnBadInput, TooFewPointsAreRefused) {
+  Registration registration(field_);
+  for (const int count : {0, 1, 5, 49}) {
+    const RegistrationResult result = registration.align(points_.leftCols(count), truth_);
+    EXPECT_EQ(result.reason, TerminationReason::kTooFewPoints) << count;
+    EXPECT_FALSE(result.success);
+    EXPECT_EQ(result.points, count);
+    EXPECT_EQ(result.T_map_sensor.matrix(), truth_.matrix()) << "the prior is handed back";
+  }
+  const Eigen::Matrix3Xf nothing =
+      Eigen::Matrix3Xf::Constant(3, 500, std::numeric_limits<float>::quiet_NaN());
+  EXPECT_EQ(registration.align(nothing, truth_).reason, TerminationReason::kTooFewPoints);
+}
+
+TEST_F(RegistrationOnBadInput, AScanOutsideTheMapIsSaidToBe) {
+  for (const char* method : {"robust", "gauss_newton"}) {
+    RegistrationOptions options;
+    options.method = method;
+    Registration registration(field_, options);
+    Eigen::Isometry3d far = truth_;
+    far.translation().x() += 100.0;
+    const RegistrationResult result = registration.align(points_, far);
+    EXPECT_EQ(result.reason, TerminationReason::kOutsideMap) << method;
+    EXPECT_FALSE(result.success);
+    EXPECT_EQ(result.outside_ratio, 1.0);
+    EXPECT_TRUE(result.T_map_sensor.matrix().allFinite());
+  }
+}
+
+TEST_F(RegistrationOnBadInput, AScanInUnknownSpaceSaysNothing) {
+  const GridGeometry geometry = roomGeometry(kVoxel);
+  for (const char* method : {"robust", "gauss_newton"}) {
+    RegistrationOptions options;
+    options.method = method;
+    Registration registration(denseField(furnishedRoom, geometry, SupportMask(geometry.dims, 4, false)),
+                              options);
+    const RegistrationResult result = registration.align(points_, truth_);
+    EXPECT_EQ(result.reason, TerminationReason::kOutsideMap) << method;
+    EXPECT_FALSE(result.success);
+    EXPECT_EQ(result.unknown_ratio, 1.0);
+    EXPECT_EQ(result.outside_ratio, 0.0);
+  }
+}
+
+TEST_F(RegistrationOnBadInput, TheScoreTellsAScanOfAnotherPlace) {
+  // The inside of a ball of 1.1 m: nothing in the room is curved like that.
+  const auto ball = [](const Eigen::Vector3d& p) {
+    return 1.1 - (p - Eigen::Vector3d(2.0, 1.5, 1.2)).norm();
+  };
+  Registration registration(field_);
+  const Eigen::Isometry3d T(Eigen::Translation3d(2.0, 1.5, 1.2));
+  const RegistrationResult wrong = registration.align(castRays(ball, T, test::directions(1000)), T),
+                           right = registration.align(points_, perturbed(truth_, 0.1, 0.05, 1));
+  EXPECT_GT(wrong.score, registration.options().restart_score);
+  EXPECT_LT(right.score, 0.1 * registration.options().restart_score);
+  EXPECT_LT(wrong.inlier_ratio, 0.5 * right.inlier_ratio);
+}
+
+TEST_F(RegistrationOnBadInput, APriorThatIsNotFiniteIsRefusedWithoutThrowing) {
+  Registration registration(field_);
+  Eigen::Isometry3d prior = truth_;
+  prior.translation().y() = std::nan("");
+  const RegistrationResult result = registration.align(points_, prior);
+  EXPECT_FALSE(result.success);
+}
+
+TEST_F(RegistrationOnBadInput, OptionsOutOfRangeAreRefused) {
+  EXPECT_THROW(Registration(nullptr), std::invalid_argument);
+  const auto refused = [&](auto change) {
+    RegistrationOptions options;
+    change(options);
+    EXPECT_THROW(Registration(field_, options), std::invalid_argument);
+  };
+  refused([](RegistrationOptions& o) { o.method = "icp"; });
+  refused([](RegistrationOptions& o) { o.max_iterations = 0; });
+  refused([](RegistrationOptions& o) { o.kernel_scale_end = -1.0; });
+  refused([](RegistrationOptions& o) { o.kernel_scale_end = 3.0, o.kernel_scale_start = 2.0; });
+  refused([](RegistrationOptions& o) { o.min_points = 5; });
+  refused([](RegistrationOptions& o) { o.inlier_distance = std::nan(""); });
+}
+
+TEST(Registration, RepeatsItselfToTheBit) {
+  // Over a fresh field and one whose caches are full of other things.
+  const auto fresh = compressedField(furnishedRoom, roomGeometry(kVoxel), 30),
+             used = compressedField(furnishedRoom, roomGeometry(kVoxel), 30);
+  Registration a(fresh), b(used);
+  for (unsigned seed = 5; seed < 8; ++seed) {
+    b.align(castRays(furnishedRoom, roomPose(seed), test::directions(500)), roomPose(seed));
+  }
+  const Eigen::Isometry3d truth = roomPose(2), prior = perturbed(truth, 0.2, 0.1, 2);
+  const Eigen::Matrix3Xf points = castRays(furnishedRoom, truth, test::directions(1500));
+  const RegistrationResult first = a.align(points, prior), second = b.align(points, prior);
+  EXPECT_EQ(first.T_map_sensor.matrix(), second.T_map_sensor.matrix());
+  EXPECT_EQ(first.covariance, second.covariance);
+  EXPECT_EQ(first.iterations, second.iterations);
+  EXPECT_EQ(first.score, second.score);
+}
+
+TEST(Registration, EveryReasonHasItsName) {
+  EXPECT_STREQ(name(TerminationReason::kConverged), "converged");
+  EXPECT_STREQ(name(TerminationReason::kOutsideMap), "outside_map");
+  std::vector<std::string> names;
+  for (int n = 0; n <= static_cast<int>(TerminationReason::kCancelled); ++n) {
+    names.emplace_back(name(static_cast<TerminationReason>(n)));
+  }
+  std::sort(names.begin(), names.end());
+  EXPECT_EQ(std::unique(names.begin(), names.end()), names.end());
+}
+
+}  // namespace
+}  // namespace ttsdf
