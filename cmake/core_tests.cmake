@@ -6,6 +6,7 @@ ttsdf_unit_test(tensor/tensor_train_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(tensor/differentiate_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(tensor/gram_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(tensor/tt_svd_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(tensor/tt_weighted_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(tensor/round_test.cpp LIBS ttsdf_core)
 
 ttsdf_unit_test(field/grid_geometry_test.cpp LIBS ttsdf_core)

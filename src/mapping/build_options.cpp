@@ -21,9 +21,10 @@ const OptionTable<BuildOptions>& buildOptionTable() {
                "Error allowed to the quantized encoding (rms over the box); 0: a quarter of the "
                "compression's own")
           .add("target_bytes", &O::target_bytes, 0, 2000000000, "byte",
-               "Choose ranks and quantization for a file of this size; 0: off")
-          .add("target_surface_error", &O::target_surface_error, 0.0, 1.0, "m",
-               "Choose them for this rms error within 3 cm of the surface; 0: off")
+               "Choose the ranks for a file of at most this size (max_rank is not used); 0: off")
+          .add(
+              "target_surface_error", &O::target_surface_error, 0.0, 1.0, "m",
+              "Choose the ranks for this rms error within 3 cm of the surface (max_rank is not used); 0: off")
           .add("clamp_negative", &O::clamp_negative, 0.0, 100.0, "m",
                "Distances behind surfaces end here; 0: never")
           .add("clamp_positive", &O::clamp_positive, 0.0, 100.0, "m",

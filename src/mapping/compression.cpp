@@ -102,27 +102,20 @@ EncodeOptions encodeOptions(const BuildOptions& options, double total_rms) {
   return encode;
 }
 
-}  // namespace
-
-BuiltMap compress(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
-                  const BuildProgress& progress) {
-  buildOptionTable().validate(options);
-  if (field.known.size() != field.values.size()) {
-    throw std::invalid_argument("compress: got " + std::to_string(field.known.size()) + " flags for " +
-                                std::to_string(field.values.size()) + " voxels, wanted as many");
-  }
+BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
+                    const Ranks& ranks, const BuildProgress& progress) {
   BuiltMap built;
   tell(progress, "decomposing", 0.0);
   const Stopwatch decomposing;
   TtSdfMap map;
-  map.train = decompose(field, parseRanks(options.max_rank), options, progress);
+  map.train = decompose(field, ranks, options, progress);
   map.geometry = field.geometry;
-  map.frame_id = field.frame_id;
   if (options.support_mask) map.mask = field.mask;
   map.kind = fieldKindFromName(options.field);
   map.truncation = fusion.truncation;
   map.clamp_negative = options.clamp_negative;
   map.clamp_positive = options.clamp_positive;
+  map.frame_id = field.frame_id;
   built.report.seconds["decompose"] = decomposing.seconds();
 
   tell(progress, "encoding", 0.0);
@@ -148,6 +141,61 @@ BuiltMap compress(const SampledField& field, const FusionOptions& fusion, const 
   report.seconds["encode"] = encoding.seconds();
   tell(progress, "encoding", 1.0);
   return built;
+}
+
+/// The best map within a budget, by bisection over the rank: file size rises and the error falls with it.
+/// `fits` says whether a map keeps to the budget;
+/// `want_smallest`: the smallest that fits, else the largest.
+template <class Fits>
+BuiltMap compressWithin(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
+                        bool want_smallest, const Fits& fits, const BuildProgress& progress) {
+  constexpr int kSmallestRank = 4, kLargestRank = 128;
+  int low = kSmallestRank, high = std::min(kLargestRank, field.values.dims().maxCoeff());
+  low = std::min(low, high);
+  const auto at = [&](int rank) { return compressAt(field, fusion, options, {rank, rank}, progress); };
+  BuiltMap best = at(want_smallest ? high : low);
+  if (!fits(best)) {
+    std::ostringstream text;
+    text << "compress: got " << best.report.file_bytes << " bytes and " << best.report.surface_rms
+         << " m rms near the surface at rank " << best.report.rank1 << ", wanted "
+         << (want_smallest ? "at most " + std::to_string(options.target_surface_error) + " m"
+                           : "at most " + std::to_string(options.target_bytes) + " bytes");
+    throw std::runtime_error(text.str());
+  }
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    BuiltMap built = at(middle);
+    const bool good = fits(built);
+    if (good) best = std::move(built);
+    (good == want_smallest ? high : low) = middle;
+  }
+  return best;
+}
+
+}  // namespace
+
+BuiltMap compress(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
+                  const BuildProgress& progress) {
+  buildOptionTable().validate(options);
+  if (field.known.size() != field.values.size()) {
+    throw std::invalid_argument("compress: got " + std::to_string(field.known.size()) + " flags for " +
+                                std::to_string(field.values.size()) + " voxels, wanted as many");
+  }
+  if (options.target_bytes > 0 && options.target_surface_error > 0.0) {
+    throw std::invalid_argument("compress: got target_bytes and target_surface_error, wanted one of them");
+  }
+  if (options.target_bytes > 0) {
+    return compressWithin(
+        field, fusion, options, false,
+        [&](const BuiltMap& b) { return b.bytes.size() <= static_cast<std::size_t>(options.target_bytes); },
+        progress);
+  }
+  if (options.target_surface_error > 0.0) {
+    return compressWithin(
+        field, fusion, options, true,
+        [&](const BuiltMap& b) { return b.report.surface_rms <= options.target_surface_error; }, progress);
+  }
+  return compressAt(field, fusion, options, parseRanks(options.max_rank), progress);
 }
 
 BuiltMap buildMap(const TsdfVolume& volume, const BuildOptions& options, const BuildProgress& progress) {
