@@ -1,6 +1,6 @@
-#include <exception>
-
 #include <ros/ros.h>
+
+#include <exception>
 
 #include "ttsdf_localization/ros/map_builder_ros.h"
 

@@ -1,7 +1,7 @@
+#include <nodelet/nodelet.h>
+
 #include <exception>
 #include <memory>
-
-#include <nodelet/nodelet.h>
 #include <pluginlib/class_list_macros.hpp>
 
 #include "ttsdf_localization/ros/map_builder_ros.h"

@@ -1,8 +1,8 @@
 // usage: map_server_node MAP.ttsdf, or with the parameter ~map_file.
+#include <ros/ros.h>
+
 #include <exception>
 #include <string>
-
-#include <ros/ros.h>
 
 #include "ttsdf_localization/ros/map_server_ros.h"
 

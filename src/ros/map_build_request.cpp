@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
 
+#include "ttsdf_localization/mapping/mesh_sampling.h"
 #include "ttsdf_localization/mapping/tsdf_volume.h"
 
 namespace ttsdf {
@@ -24,8 +26,17 @@ void setFromPair(const std::string& pair, BuildOptions& options) {
 std::string lowerEnding(const std::string& path) {
   const auto dot = path.rfind('.');
   std::string ending = dot == std::string::npos ? "" : path.substr(dot);
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return ending;
+}
+
+template <class Sampler>
+SampledSource timed(const Sampler& sampler, const FusionOptions& fusion, std::size_t frames) {
+  const auto start = std::chrono::steady_clock::now();
+  SampledSource source{sampler(), fusion, frames, 0.0};
+  source.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return source;
 }
 
 }  // namespace
@@ -39,26 +50,40 @@ BuildOptions buildOptionsOf(const ttsdf_localization::BuildMap::Request& request
   if (!request.encoding.empty()) table.set(options, "encoding", request.encoding);
   if (request.target_bytes > 0) {
     if (request.target_bytes > static_cast<std::uint32_t>(std::numeric_limits<int>::max())) {
-      throw std::invalid_argument("target_bytes: got " + std::to_string(request.target_bytes) + ", wanted at most 2147483647");
+      throw std::invalid_argument("target_bytes: got " + std::to_string(request.target_bytes) +
+                                  ", wanted at most 2147483647");
     }
     table.set(options, "target_bytes", static_cast<int>(request.target_bytes));
   }
-  if (!(request.target_surface_error == 0.0)) table.set(options, "target_surface_error", request.target_surface_error);
+  if (!(request.target_surface_error == 0.0))
+    table.set(options, "target_surface_error", request.target_surface_error);
   for (const auto& pair : request.options) setFromPair(pair, options);
   return options;
 }
 
-BuiltMap buildMapFromFile(const std::string& path, double scale, const FusionOptions& fusion, const BuildOptions& options,
-                          const BuildProgress& progress) {
-  const std::string ending = lowerEnding(path);
-  if (!std::isfinite(scale) || scale < 0.0) {
-    throw std::invalid_argument("scale: got " + std::to_string(scale) + ", wanted a number above 0 (or 0 for 1)");
-  }
-  if (ending == ".vdb") return buildMap(TsdfVolume::fromVdbFile(path, fusion), options, progress);
-  throw std::invalid_argument("source: got '" + path + "', wanted nothing, a .vdb grid or a mesh (.ply, .obj, .off)");
+SampledSource sampleVolume(const TsdfVolume& volume, const BuildOptions& options,
+                           const BuildProgress& progress) {
+  return timed([&] { return sampleField(volume, options, progress); }, volume.options(), volume.frameCount());
 }
 
-ttsdf_localization::MapReport toMessage(const BuildReport& report, const TtSdfMap& map, const std::string& map_id) {
+SampledSource sampleFile(const std::string& path, double scale, const FusionOptions& fusion,
+                         const BuildOptions& options, const BuildProgress& progress) {
+  const std::string ending = lowerEnding(path);
+  if (!std::isfinite(scale) || scale < 0.0) {
+    throw std::invalid_argument("scale: got " + std::to_string(scale) +
+                                ", wanted a number above 0 (or 0 for 1)");
+  }
+  if (ending == ".vdb") return sampleVolume(TsdfVolume::fromVdbFile(path, fusion), options, progress);
+  if (ending != ".ply" && ending != ".obj" && ending != ".off") {
+    throw std::invalid_argument("source: got '" + path +
+                                "', wanted nothing, a .vdb grid or a mesh (.ply, .obj, .off)");
+  }
+  const SurfaceMesh mesh = readMesh(path, scale > 0.0 ? scale : 1.0);
+  return timed([&] { return sampleMesh(mesh, fusion.voxel_size, options, progress); }, fusion, 0);
+}
+
+ttsdf_localization::MapReport toMessage(const BuildReport& report, const TtSdfMap& map,
+                                        const std::string& map_id) {
   ttsdf_localization::MapReport message;
   message.map_id = map_id;
   message.field = name(map.kind);
@@ -84,11 +109,12 @@ ttsdf_localization::MapReport toMessage(const BuildReport& report, const TtSdfMa
 
 std::string summary(const ttsdf_localization::MapReport& report) {
   char text[256];
-  std::snprintf(text, sizeof text,
-                "map %s: %u x %u x %u voxels, ranks %u, %u, %.1f kB (dense %.1f MB), surface error %.1f mm, %u scans",
-                report.map_id.c_str(), report.dims[0], report.dims[1], report.dims[2], report.ranks[0], report.ranks[1],
-                1e-3 * static_cast<double>(report.file_bytes), 1e-6 * static_cast<double>(report.dense_bytes),
-                1e3 * report.surface_rms, report.scans);
+  std::snprintf(
+      text, sizeof text,
+      "map %s: %u x %u x %u voxels, ranks %u, %u, %.1f kB (dense %.1f MB), surface error %.1f mm, %u scans",
+      report.map_id.c_str(), report.dims[0], report.dims[1], report.dims[2], report.ranks[0], report.ranks[1],
+      1e-3 * static_cast<double>(report.file_bytes), 1e-6 * static_cast<double>(report.dense_bytes),
+      1e3 * report.surface_rms, report.scans);
   return text;
 }
 

@@ -9,7 +9,8 @@ const OptionTable<MapBuilderRosOptions>& mapBuilderRosOptionTable() {
   using Options = MapBuilderRosOptions;
   static const OptionTable<Options> table =
       OptionTable<Options>()
-          .add("global_frame_id", &Options::global_frame_id, {}, "the map's frame; TF gives the sensor's pose in it")
+          .add("global_frame_id", &Options::global_frame_id, {},
+               "the map's frame; TF gives the sensor's pose in it")
           .add("map_file", &Options::map_file, {}, "map file loaded at the start; empty: none")
           .add("surface_period", &Options::surface_period, 0.0, 3600.0, "s",
                "new surface of what is being fused, while somebody subscribes ~surface; 0: never")

@@ -1,10 +1,10 @@
 #include "ttsdf_localization/ros/map_builder_ros.h"
 
+#include <visualization_msgs/Marker.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
-
-#include <visualization_msgs/Marker.h>
 
 #include "ttsdf_localization/BuildProgress.h"
 #include "ttsdf_localization/map/map_io.h"
@@ -16,7 +16,7 @@ namespace ttsdf {
 
 namespace {
 
-constexpr double kProgressPeriod = 0.1;                 ///< least time between two progress messages [s]
+constexpr double kProgressPeriod = 0.1;               ///< least time between two progress messages [s]
 constexpr std::size_t kMaxShownVoxels = 100'000'000;  ///< 400 MB when decompressed
 
 }  // namespace
@@ -40,8 +40,9 @@ MapBuilderRos::MapBuilderRos(ros::NodeHandle nh, ros::NodeHandle private_nh)
         fuser_->push(cloud, T_map_sensor);
       });
   if (options_.surface_period > 0.0) {
-    surface_timer_ = service_nh_.createWallTimer(ros::WallDuration(options_.surface_period),
-                                                 [this](const ros::WallTimerEvent&) { publishFusedSurface(); });
+    surface_timer_ =
+        service_nh_.createWallTimer(ros::WallDuration(options_.surface_period),
+                                    [this](const ros::WallTimerEvent&) { publishFusedSurface(); });
   }
   diagnostics_.setHardwareID("none");
   diagnostics_.add("map builder", this, &MapBuilderRos::diagnose);
@@ -61,7 +62,8 @@ MapBuilderRos::~MapBuilderRos() {
   surface_timer_.stop();
   for (auto& service : services_) service.shutdown();
   service_spinner_.reset();
-  // Its thread asks the source for counts, and the source hands clouds to it: thread first, then source, then fuser.
+  // Its thread asks the source for counts, and the source hands clouds to it: thread first, then source, then
+  // fuser.
   fuser_->stop();
   source_.reset();
 }
@@ -70,7 +72,8 @@ void MapBuilderRos::advertise() {
   // Both are costly for a large map, so they are made when somebody wants to see them.
   const auto show_surface = [this](const ros::SingleSubscriberPublisher&) { publishMapSurface(); };
   const auto show_slice = [this](const ros::SingleSubscriberPublisher&) { publishSlice(); };
-  surface_ = private_service_nh_.advertise<visualization_msgs::Marker>("surface", 1, show_surface, {}, {}, true);
+  surface_ =
+      private_service_nh_.advertise<visualization_msgs::Marker>("surface", 1, show_surface, {}, {}, true);
   slice_ = private_service_nh_.advertise<sensor_msgs::PointCloud2>("slice", 1, show_slice);
   progress_ = private_nh_.advertise<ttsdf_localization::BuildProgress>("progress", 1, true);
   map_ = std::make_unique<MapPublisher>(service_nh_);
@@ -80,7 +83,8 @@ void MapBuilderRos::advertise() {
                private_service_nh_.advertiseService("reset", &MapBuilderRos::reset, this)};
 }
 
-// ---- services --------------------------------------------------------------------------------------------------------
+// ---- services
+// --------------------------------------------------------------------------------------------------------
 
 bool MapBuilderRos::buildMap(ttsdf_localization::BuildMap::Request& request,
                              ttsdf_localization::BuildMap::Response& response) {
@@ -117,27 +121,34 @@ BuiltMap MapBuilderRos::build(const ttsdf_localization::BuildMap::Request& reque
   };
   if (request.source.empty()) return buildFromFused(options, progress);
   requireAbsolutePath("source", request.source);
-  return buildMapFromFile(request.source, request.scale, options_.fusion, options, progress);
+  return compressed(sampleFile(request.source, request.scale, options_.fusion, options, progress), options,
+                    progress);
 }
 
 BuiltMap MapBuilderRos::buildFromFused(const BuildOptions& options, const BuildProgress& progress) {
   reportStep("fusing waiting clouds", 0.0);
   if (!fuser_->flush([this] { return cancelled(); })) throw std::runtime_error("cancelled");
-  SampledField field;
-  std::size_t frames = 0;
+  SampledSource source;
   // Only sampling needs the volume: fusion goes on while the field is compressed.
   fuser_->withVolume([&](const TsdfVolume& volume) {
     if (volume.empty()) {
       const auto counts = source_->counts();
-      throw std::runtime_error("nothing was fused yet: " + std::to_string(counts.received) + " clouds received on " +
-                               source_->topic() + ", " + std::to_string(counts.without_transform) +
-                               " without a transform to " + options_.global_frame_id);
+      throw std::runtime_error("nothing was fused yet: " + std::to_string(counts.received) +
+                               " clouds received on " + source_->topic() + ", " +
+                               std::to_string(counts.without_transform) + " without a transform to " +
+                               options_.global_frame_id);
     }
-    frames = volume.frameCount();
-    field = sampleField(volume, options, progress);
+    source = sampleVolume(volume, options, progress);
   });
-  BuiltMap built = compress(field, options_.fusion, options, progress);
-  built.report.frames = frames;
+  return compressed(std::move(source), options, progress);
+}
+
+BuiltMap MapBuilderRos::compressed(SampledSource source, const BuildOptions& options,
+                                   const BuildProgress& progress) {
+  source.field.frame_id = options_.global_frame_id;
+  BuiltMap built = compress(source.field, source.fusion, options, progress);
+  built.report.frames = source.frames;
+  built.report.seconds["distance_field"] = source.seconds;
   return built;
 }
 
@@ -205,7 +216,8 @@ void MapBuilderRos::use(std::vector<std::uint8_t> bytes) {
   publishSlice();
 }
 
-// ---- outputs ---------------------------------------------------------------------------------------------------------
+// ---- outputs
+// ---------------------------------------------------------------------------------------------------------
 
 void MapBuilderRos::publishMapSurface() {
   if (surface_.getNumSubscribers() == 0) return;
@@ -217,8 +229,8 @@ void MapBuilderRos::publishMapSurface() {
       throw std::runtime_error("the map has " + std::to_string(held->map->geometry.voxelCount()) +
                                " voxels, which is too much to decompress for display");
     }
-    surface_.publish(surfaceMarker(extractSurface(*held->map), options_.surface_triangles, held->map->frame_id,
-                                   ros::Time::now()));
+    surface_.publish(surfaceMarker(extractSurface(*held->map), options_.surface_triangles,
+                                   held->map->frame_id, ros::Time::now()));
     shown_map_id_ = held->map_id;
   } catch (const std::exception& error) {
     ROS_WARN_STREAM("No surface of map " << held->map_id << ": " << error.what());
@@ -235,7 +247,8 @@ void MapBuilderRos::publishFusedSurface() {
   try {
     SurfaceMesh mesh;
     fuser_->withVolume([&](const TsdfVolume& volume) { mesh = extractSurface(volume); });
-    surface_.publish(surfaceMarker(mesh, options_.surface_triangles, options_.global_frame_id, ros::Time::now()));
+    surface_.publish(
+        surfaceMarker(mesh, options_.surface_triangles, options_.global_frame_id, ros::Time::now()));
     shown_scans_ = fused;
     shown_map_id_.clear();
   } catch (const std::exception& error) {
@@ -249,9 +262,10 @@ void MapBuilderRos::publishSlice() {
   if (!held) return;
   try {
     const auto field = makeField(*held->map);
-    const double range = held->map->clamp_positive > 0.0 ? held->map->clamp_positive : 10.0 * held->map->geometry.voxel_size;
-    slice_.publish(sliceCloud(*field, options_.slice_height, held->map->geometry.voxel_size, range, held->map->frame_id,
-                              ros::Time::now()));
+    const double range =
+        held->map->clamp_positive > 0.0 ? held->map->clamp_positive : 10.0 * held->map->geometry.voxel_size;
+    slice_.publish(sliceCloud(*field, options_.slice_height, held->map->geometry.voxel_size, range,
+                              held->map->frame_id, ros::Time::now()));
   } catch (const std::exception& error) {
     ROS_WARN_STREAM("No slice: " << error.what());
   }
@@ -300,7 +314,8 @@ void MapBuilderRos::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   status.summary(Level::OK, "fusing");
   if (input.received == 0) status.mergeSummaryf(Level::WARN, "no cloud on %s yet", source_->topic().c_str());
   if (!input.last_transform_error.empty()) status.mergeSummary(Level::WARN, input.last_transform_error);
-  if (fusion.dropped > 0) status.mergeSummaryf(Level::WARN, "%u clouds dropped: fusion is slower than they come", fusion.dropped);
+  if (fusion.dropped > 0)
+    status.mergeSummaryf(Level::WARN, "%u clouds dropped: fusion is slower than they come", fusion.dropped);
   if (fusion.refused > 0) status.mergeSummary(Level::WARN, "last refused cloud: " + fusion.last_error);
   status.add("clouds received", input.received);
   status.add("clouds not selected", input.skipped);
@@ -315,7 +330,9 @@ void MapBuilderRos::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
 
 void MapBuilderRos::warnWhenQuiet() {
   const auto input = source_->counts();
-  const auto age = [this](const ros::WallTime& time) { return (ros::WallTime::now() - std::max(time, start_)).toSec(); };
+  const auto age = [this](const ros::WallTime& time) {
+    return (ros::WallTime::now() - std::max(time, start_)).toSec();
+  };
   std::string warning;
   if (age(input.last_received) > options_.quiet_seconds) {
     warning = "no cloud on " + source_->topic();

@@ -49,7 +49,8 @@ bool MapPublisher::getMap(ttsdf_localization::GetMap::Request& /*request*/,
 
 void requireAbsolutePath(const std::string& field, const std::string& path) {
   if (path.empty() || path.front() != '/') {
-    throw std::invalid_argument(field + ": got '" + path + "', wanted an absolute path (a node runs in a folder of its own)");
+    throw std::invalid_argument(field + ": got '" + path +
+                                "', wanted an absolute path (a node runs in a folder of its own)");
   }
 }
 

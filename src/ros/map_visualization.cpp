@@ -1,14 +1,14 @@
 #include "ttsdf_localization/ros/map_visualization.h"
 
+#include <sensor_msgs/point_cloud2_iterator.h>
+
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
 #include <vector>
-
-#include <Eigen/Geometry>
-#include <sensor_msgs/point_cloud2_iterator.h>
 
 namespace ttsdf {
 
@@ -56,8 +56,8 @@ Eigen::Matrix3Xf planePoints(const GridGeometry& geometry, double height, double
   Eigen::Matrix3Xf points(3, static_cast<Eigen::Index>(columns) * rows);
   for (int row = 0, n = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column, ++n) {
-      points.col(n) =
-          Eigen::Vector3d(box.min().x() + column * spacing, box.min().y() + row * spacing, height).cast<float>();
+      points.col(n) = Eigen::Vector3d(box.min().x() + column * spacing, box.min().y() + row * spacing, height)
+                          .cast<float>();
     }
   }
   return points;
@@ -72,7 +72,8 @@ SurfaceMesh clusterVertices(const SurfaceMesh& mesh, double cell) {
   std::vector<int> sizes;
   for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
     const Eigen::Array3i cube = (mesh.vertices.col(v).cast<double>().array() / cell).floor().cast<int>();
-    const auto found = cluster_of_cube.try_emplace({cube[0], cube[1], cube[2]}, static_cast<int>(sums.size())).first;
+    const auto found =
+        cluster_of_cube.try_emplace({cube[0], cube[1], cube[2]}, static_cast<int>(sums.size())).first;
     if (found->second == static_cast<int>(sums.size())) {
       sums.push_back(Eigen::Vector3d::Zero());
       sizes.push_back(0);
@@ -98,13 +99,14 @@ SurfaceMesh clusterVertices(const SurfaceMesh& mesh, double cell) {
   return joined;
 }
 
-visualization_msgs::Marker surfaceMarker(const SurfaceMesh& mesh, int max_triangles, const std::string& frame_id,
-                                         const ros::Time& stamp) {
+visualization_msgs::Marker surfaceMarker(const SurfaceMesh& mesh, int max_triangles,
+                                         const std::string& frame_id, const ros::Time& stamp) {
   if (mesh.triangles.cols() > max_triangles) {
     const Eigen::Vector3f size = mesh.vertices.rowwise().maxCoeff() - mesh.vertices.rowwise().minCoeff();
     // A quarter of the triangles per doubling of the cell; the start is finer than any map.
     SurfaceMesh thinned = mesh;
-    for (double cell = 1e-3 * static_cast<double>(size.maxCoeff()); thinned.triangles.cols() > max_triangles; cell *= 1.4) {
+    for (double cell = 1e-3 * static_cast<double>(size.maxCoeff()); thinned.triangles.cols() > max_triangles;
+         cell *= 1.4) {
       thinned = clusterVertices(mesh, cell);
     }
     return surfaceMarker(thinned, max_triangles, frame_id, stamp);
@@ -138,8 +140,8 @@ sensor_msgs::PointCloud2 sliceCloud(const DistanceField& field, double height, d
                                     const std::string& frame_id, const ros::Time& stamp) {
   const Eigen::Matrix3Xf points = planePoints(field.geometry(), height, spacing);
   const FieldSamples samples = field.evaluate(points);
-  const auto inside = static_cast<std::size_t>(
-      std::count_if(samples.states.begin(), samples.states.end(), [](PointState s) { return s != PointState::kOutside; }));
+  const auto inside = static_cast<std::size_t>(std::count_if(
+      samples.states.begin(), samples.states.end(), [](PointState s) { return s != PointState::kOutside; }));
 
   sensor_msgs::PointCloud2 cloud;
   cloud.header.frame_id = frame_id;
@@ -152,8 +154,9 @@ sensor_msgs::PointCloud2 sliceCloud(const DistanceField& field, double height, d
   for (Eigen::Index n = 0; n < points.cols(); ++n) {
     const PointState state = samples.states[static_cast<std::size_t>(n)];
     if (state == PointState::kOutside) continue;
-    const Rgb color =
-        state == PointState::kValid ? distanceColor(samples.values[n], static_cast<float>(range)) : Rgb{70, 70, 70};
+    const Rgb color = state == PointState::kValid
+                          ? distanceColor(samples.values[n], static_cast<float>(range))
+                          : Rgb{70, 70, 70};
     for (int axis = 0; axis < 3; ++axis) xyz[axis] = points(axis, n);
     bgr[0] = color.b;
     bgr[1] = color.g;

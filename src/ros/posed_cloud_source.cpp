@@ -1,10 +1,10 @@
 #include "ttsdf_localization/ros/posed_cloud_source.h"
 
-#include <algorithm>
-#include <utility>
-
 #include <tf2/exceptions.h>
 #include <tf2_eigen/tf2_eigen.h>
+
+#include <algorithm>
+#include <utility>
 
 #include "ttsdf_localization/ros/conversions.h"
 
@@ -25,14 +25,15 @@ PosedCloudSource::PosedCloudSource(ros::NodeHandle nh, const std::string& global
       selector_(selection),
       filter_(buffer_, global_frame_id_, static_cast<std::uint32_t>(queue_size), nh) {
   filter_.registerCallback([this](const sensor_msgs::PointCloud2ConstPtr& cloud) { handle(cloud); });
-  filter_.registerFailureCallback(
-      [this](const sensor_msgs::PointCloud2ConstPtr& cloud, tf2_ros::filter_failure_reasons::FilterFailureReason reason) {
-        using namespace tf2_ros::filter_failure_reasons;
-        handleFailure(cloud, reason == EmptyFrameID ? "the cloud has an empty frame_id"
-                             : reason == OutTheBack ? "the cloud is older than all transforms"
-                                                    : "no transform came while the cloud waited");
-      });
-  // First the watch, then the filter: a clock that was set back empties the filter before the cloud gets there.
+  filter_.registerFailureCallback([this](const sensor_msgs::PointCloud2ConstPtr& cloud,
+                                         tf2_ros::filter_failure_reasons::FilterFailureReason reason) {
+    using namespace tf2_ros::filter_failure_reasons;
+    handleFailure(cloud, reason == EmptyFrameID ? "the cloud has an empty frame_id"
+                         : reason == OutTheBack ? "the cloud is older than all transforms"
+                                                : "no transform came while the cloud waited");
+  });
+  // First the watch, then the filter: a clock that was set back empties the filter before the cloud gets
+  // there.
   subscriber_.registerCallback(&PosedCloudSource::watch, this);
   filter_.connectInput(subscriber_);
   subscriber_.subscribe(nh, "cloud", static_cast<std::uint32_t>(queue_size));
@@ -52,8 +53,9 @@ void PosedCloudSource::watch(const sensor_msgs::PointCloud2ConstPtr& cloud) {
   }
   if (clock_set_back) {
     // Transforms and waiting clouds of the time that was undone would be mixed up with those that come now.
-    ROS_WARN_STREAM("Stamps went back to " << cloud->header.stamp << ": transforms and waiting clouds are forgotten, "
-                                                                     "fused scans are kept");
+    ROS_WARN_STREAM("Stamps went back to " << cloud->header.stamp
+                                           << ": transforms and waiting clouds are forgotten, "
+                                              "fused scans are kept");
     buffer_.clear();
     filter_.clear();
   }
@@ -84,7 +86,8 @@ void PosedCloudSource::handle(const sensor_msgs::PointCloud2ConstPtr& cloud) {
 void PosedCloudSource::handleFailure(const sensor_msgs::PointCloud2ConstPtr& cloud, const std::string& why) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++counts_.without_transform;
-  counts_.last_transform_error = "no transform from '" + cloud->header.frame_id + "' to '" + global_frame_id_ + "': " + why;
+  counts_.last_transform_error =
+      "no transform from '" + cloud->header.frame_id + "' to '" + global_frame_id_ + "': " + why;
 }
 
 PosedCloudSource::Counts PosedCloudSource::counts() const {

@@ -21,7 +21,8 @@ const OptionTable<ScanFuserOptions>& scanFuserOptionTable() {
   return table;
 }
 
-ScanFuser::ScanFuser(const FusionOptions& fusion, const ScanFuserOptions& options, std::function<void()> changed)
+ScanFuser::ScanFuser(const FusionOptions& fusion, const ScanFuserOptions& options,
+                     std::function<void()> changed)
     : fusion_(fusion), options_(options), changed_(std::move(changed)), volume_(fusion) {
   scanFuserOptionTable().validate(options);
   thread_ = std::thread(&ScanFuser::run, this);
@@ -119,8 +120,10 @@ void ScanFuser::fuse(const Scan& scan) {
                                std::to_string(static_cast<int>(options_.max_volume_megabytes)));
     }
     const Eigen::Matrix3Xf points = allPoints(*scan.cloud);
-    if (!points.array().isFinite().any()) throw std::invalid_argument("cloud: got no finite point, wanted some");
-    const auto pinhole = pinholeFromCloud(points, static_cast<int>(scan.cloud->width), static_cast<int>(scan.cloud->height));
+    if (!points.array().isFinite().any())
+      throw std::invalid_argument("cloud: got no finite point, wanted some");
+    const auto pinhole =
+        pinholeFromCloud(points, static_cast<int>(scan.cloud->width), static_cast<int>(scan.cloud->height));
     if (pinhole) {
       volume_.integrate(pinhole->first, pinhole->second, scan.T_map_sensor);
     } else {

@@ -11,7 +11,8 @@ const OptionTable<ScanSelectionOptions>& scanSelectionOptionTable() {
           .add("every", &Options::every, 1, 100000, "", "take every n-th scan")
           .add("min_interval", &Options::min_interval, 0.0, 3600.0, "s", "time since the last scan taken")
           .add("min_translation", &Options::min_translation, 0.0, 100.0, "m",
-               "take a scan when the sensor moved this far since the last one taken; 0 with min_rotation 0: always")
+               "take a scan when the sensor moved this far since the last one taken; 0 with min_rotation 0: "
+               "always")
           .add("min_rotation", &Options::min_rotation, 0.0, 3.2, "rad",
                "or when it turned this far; 0 with min_translation 0: always");
   return table;
@@ -31,7 +32,8 @@ bool ScanSelector::movedEnough(const Eigen::Isometry3d& T_map_sensor) const {
 bool ScanSelector::take(double stamp, const Eigen::Isometry3d& T_map_sensor) {
   if (last_stamp_ && stamp < *last_stamp_) reset();
   if (count_++ % options_.every != 0) return false;
-  if (last_stamp_ && (stamp - *last_stamp_ < options_.min_interval || !movedEnough(T_map_sensor))) return false;
+  if (last_stamp_ && (stamp - *last_stamp_ < options_.min_interval || !movedEnough(T_map_sensor)))
+    return false;
   last_stamp_ = stamp;
   T_map_last_ = T_map_sensor;
   return true;

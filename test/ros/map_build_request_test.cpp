@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <string>
+
 namespace ttsdf {
 namespace {
 
@@ -13,7 +16,8 @@ TEST(BuildOptionsOf, EmptyRequestKeepsTheDefaults) {
   defaults.encoding = "float16";
   defaults.tolerance = 0.01;
   const BuildOptions options = buildOptionsOf(Request(), defaults);
-  for (const auto& row : buildOptionTable().rows()) EXPECT_EQ(row.get(options), row.get(defaults)) << row.name;
+  for (const auto& row : buildOptionTable().rows())
+    EXPECT_EQ(row.get(options), row.get(defaults)) << row.name;
 }
 
 TEST(BuildOptionsOf, EveryFieldOverrides) {
@@ -60,12 +64,27 @@ TEST(BuildOptionsOf, NamesABadValue) {
   EXPECT_FALSE(errorOf(request).empty());
 }
 
-TEST(BuildMapFromFile, RefusesAnUnknownKindOfFileAndABadScale) {
-  const auto build = [](const std::string& path, double scale) { buildMapFromFile(path, scale, {}, {}, {}); };
+TEST(SampleFile, RefusesAnUnknownKindOfFileAndABadScale) {
+  const auto build = [](const std::string& path, double scale) { sampleFile(path, scale, {}, {}, {}); };
   EXPECT_THROW(build("/tmp/picture.jpg", 0.0), std::invalid_argument);
   EXPECT_THROW(build("/tmp/no_ending", 0.0), std::invalid_argument);
   EXPECT_THROW(build("/tmp/mesh.ply", -1.0), std::invalid_argument);
   EXPECT_THROW(build("/tmp/there/is/none.vdb", 0.0), std::runtime_error);
+}
+
+TEST(SampleFile, TurnsAMeshIntoMetres) {
+  const std::string path = testing::TempDir() + "ttsdf_tetrahedron.off";
+  std::ofstream(path) << "OFF\n4 4 0\n0 0 0\n100 0 0\n0 100 0\n0 0 100\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+  FusionOptions fusion;
+  fusion.voxel_size = 0.05;
+  BuildOptions options;
+  options.align_axes = false;
+  const SampledSource source = sampleFile(path, 0.01, fusion, options, {});
+  const auto& geometry = source.field.geometry;
+  const Eigen::Vector3d size = (geometry.voxel_size * (geometry.dims - 1).cast<double>()).matrix();
+  // One metre and the margin on both sides.
+  EXPECT_NEAR(size.maxCoeff(), 1.0 + 2.0 * options.margin, 3.0 * fusion.voxel_size);
+  EXPECT_EQ(source.frames, 0U);
 }
 
 }  // namespace

@@ -1,15 +1,16 @@
-// The map builder from outside: clouds of an analytic room and TF in, services called, the map compared with the room.
-
-#include <cstdio>
-#include <cstdlib>
-#include <functional>
-#include <string>
+// The map builder from outside: clouds of an analytic room and TF in, services called, the map compared with
+// the room.
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <std_srvs/Trigger.h>
 #include <tf2_ros/transform_broadcaster.h>
 #include <visualization_msgs/Marker.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <string>
 
 #include "synthetic_scans.h"
 #include "ttsdf_localization/BuildMap.h"
@@ -85,7 +86,8 @@ class MapBuilder : public testing::Test {
     return service;
   }
 
-  /// Median and share within a voxel of |field| on the visible surface points of the views, which lie on the true surface.
+  /// Median and share within a voxel of |field| on the visible surface points of the views, which lie on the
+  /// true surface.
   void expectFieldIsZeroOnSurfaces(const TtSdfMap& map) {
     const auto field = makeField(map);
     std::vector<double> residuals;
@@ -118,7 +120,8 @@ class MapBuilder : public testing::Test {
 TEST_F(MapBuilder, RefusesToBuildFromNothing) {
   const BuildMap result = build();
   EXPECT_FALSE(result.response.success);
-  EXPECT_NE(result.response.message.find("nothing was fused yet"), std::string::npos) << result.response.message;
+  EXPECT_NE(result.response.message.find("nothing was fused yet"), std::string::npos)
+      << result.response.message;
 }
 
 TEST_F(MapBuilder, BuildsTheRoomThatTheCloudsShow) {
@@ -146,7 +149,8 @@ TEST_F(MapBuilder, BuildsTheRoomThatTheCloudsShow) {
   ASSERT_TRUE(get.response.success);
   EXPECT_EQ(get.response.map.map_id, result.response.map_id);
   EXPECT_EQ(get.response.map.data, bytes);
-  const auto latched = ros::topic::waitForMessage<ttsdf_localization::TtSdfMap>("ttsdf_map", nh_, ros::Duration(5.0));
+  const auto latched =
+      ros::topic::waitForMessage<ttsdf_localization::TtSdfMap>("ttsdf_map", nh_, ros::Duration(5.0));
   ASSERT_NE(latched, nullptr);
   EXPECT_EQ(latched->map_id, result.response.map_id);
 }
@@ -154,7 +158,8 @@ TEST_F(MapBuilder, BuildsTheRoomThatTheCloudsShow) {
 TEST_F(MapBuilder, ShowsSurfaceAndSliceOfTheMap) {
   fuseRoom();
   ASSERT_TRUE(build().response.success);
-  const auto surface = ros::topic::waitForMessage<visualization_msgs::Marker>("builder/surface", nh_, ros::Duration(10.0));
+  const auto surface =
+      ros::topic::waitForMessage<visualization_msgs::Marker>("builder/surface", nh_, ros::Duration(10.0));
   ASSERT_NE(surface, nullptr);
   EXPECT_EQ(surface->header.frame_id, "map");
   EXPECT_EQ(surface->type, visualization_msgs::Marker::TRIANGLE_LIST);
@@ -162,9 +167,11 @@ TEST_F(MapBuilder, ShowsSurfaceAndSliceOfTheMap) {
   ASSERT_EQ(surface->points.size() % 3, 0U);
   EXPECT_EQ(surface->colors.size(), surface->points.size());
   double worst = 0.0;
-  for (const auto& p : surface->points) worst = std::max(worst, std::abs(world_.scene.signedDistance({p.x, p.y, p.z})));
+  for (const auto& p : surface->points)
+    worst = std::max(worst, std::abs(world_.scene.signedDistance({p.x, p.y, p.z})));
   EXPECT_LT(worst, 0.08);
-  const auto slice = ros::topic::waitForMessage<sensor_msgs::PointCloud2>("builder/slice", nh_, ros::Duration(10.0));
+  const auto slice =
+      ros::topic::waitForMessage<sensor_msgs::PointCloud2>("builder/slice", nh_, ros::Duration(10.0));
   ASSERT_NE(slice, nullptr);
   EXPECT_GT(slice->width * slice->height, 10000U);
 }
@@ -199,7 +206,8 @@ TEST_F(MapBuilder, NamesWhatIsWrongWithARequestAndKeepsTheMap) {
   EXPECT_NE(message_of([](auto& r) { r.options = {"colour=red"}; }).find("colour"), std::string::npos);
   EXPECT_NE(message_of([](auto& r) { r.options = {"margin"}; }).find("name=value"), std::string::npos);
   EXPECT_NE(message_of([](auto& r) { r.filename = "room.ttsdf"; }).find("absolute"), std::string::npos);
-  EXPECT_NE(message_of([](auto& r) { r.source = "/nowhere/x.vdb"; }).find("/nowhere/x.vdb"), std::string::npos);
+  EXPECT_NE(message_of([](auto& r) { r.source = "/nowhere/x.vdb"; }).find("/nowhere/x.vdb"),
+            std::string::npos);
   EXPECT_NE(message_of([](auto& r) { r.source = "/nowhere/x.jpg"; }).find(".vdb"), std::string::npos);
   GetMap get;
   ASSERT_TRUE(ros::service::call("get_map", get));
@@ -218,7 +226,8 @@ TEST_F(MapBuilder, SavesAndLoads) {
   EXPECT_EQ(save.response.map_id, first.response.map_id);
 
   // The saved volume gives the same map again.
-  const BuildMap again = build([&](BuildMap::Request& request) { request.source = save.request.vdb_filename; });
+  const BuildMap again =
+      build([&](BuildMap::Request& request) { request.source = save.request.vdb_filename; });
   ASSERT_TRUE(again.response.success) << again.response.message;
   EXPECT_EQ(again.response.report.dims, first.response.report.dims);
 
@@ -276,7 +285,8 @@ TEST_F(MapBuilder, CountsBadCloudsAndGoesOn) {
   cloud_.publish(nameless);
   cloud_.publish(unstamped);
   publishViews(0, 3, stamp + ros::Duration(1.0));
-  EXPECT_TRUE(spinUntil([this] { return progress_.fused == 3 && progress_.without_transform == 2; })) << progress_;
+  EXPECT_TRUE(spinUntil([this] { return progress_.fused == 3 && progress_.without_transform == 2; }))
+      << progress_;
 }
 
 TEST_F(MapBuilder, DoesNotFuseCloudsWithoutTransform) {

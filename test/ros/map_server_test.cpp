@@ -1,16 +1,16 @@
 // map_server_node as a user starts it: with a good file, a bad one, none.
 
-#include <csignal>
-#include <cstdlib>
-#include <fstream>
-#include <string>
-#include <vector>
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <vector>
 
 #include "ttsdf_localization/GetMap.h"
 #include "ttsdf_localization/map/map_io.h"
@@ -108,7 +108,8 @@ TEST_F(MapServer, OffersTheFileByTopicAndService) {
   EXPECT_EQ(get.response.map.dims[2], 8U);
 
   ros::NodeHandle nh;
-  const auto latched = ros::topic::waitForMessage<ttsdf_localization::TtSdfMap>("ttsdf_map", nh, ros::Duration(10.0));
+  const auto latched =
+      ros::topic::waitForMessage<ttsdf_localization::TtSdfMap>("ttsdf_map", nh, ros::Duration(10.0));
   ASSERT_NE(latched, nullptr);
   EXPECT_EQ(latched->data, bytes);
 }

@@ -1,10 +1,10 @@
 #include "ttsdf_localization/ros/map_visualization.h"
 
-#include <cmath>
-#include <cstdint>
-
 #include <gtest/gtest.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
+
+#include <cmath>
+#include <cstdint>
 
 #include "ttsdf_localization/field/dense_distance_field.h"
 
@@ -56,7 +56,8 @@ TEST(SurfaceMarker, ThinsALargeMeshButKeepsItsShape) {
   const auto marker = surfaceMarker(square(100), 2000, "map", ros::Time(3.0));
   EXPECT_LE(marker.points.size(), 3U * 2000U);
   EXPECT_GE(marker.points.size(), 3U * 500U);
-  // Joined vertices move inwards at the rim by half a cell at most; cells are below 1/20 m for 2000 triangles.
+  // Joined vertices move inwards at the rim by half a cell at most; cells are below 1/20 m for 2000
+  // triangles.
   EXPECT_NEAR(areaOf(marker), 1.0, 0.1);
 }
 

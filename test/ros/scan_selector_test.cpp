@@ -1,8 +1,8 @@
 #include "ttsdf_localization/ros/scan_selector.h"
 
-#include <vector>
-
 #include <gtest/gtest.h>
+
+#include <vector>
 
 namespace ttsdf {
 namespace {
@@ -14,7 +14,8 @@ Eigen::Isometry3d at(double x, double yaw = 0.0) {
   return T;
 }
 
-std::vector<int> taken(ScanSelector& selector, const std::vector<double>& stamps, double metres_per_second = 0.0) {
+std::vector<int> taken(ScanSelector& selector, const std::vector<double>& stamps,
+                       double metres_per_second = 0.0) {
   std::vector<int> indices;
   for (std::size_t i = 0; i < stamps.size(); ++i) {
     if (selector.take(stamps[i], at(metres_per_second * stamps[i]))) indices.push_back(static_cast<int>(i));

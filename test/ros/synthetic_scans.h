@@ -1,15 +1,15 @@
 #pragma once
 // Clouds of an analytic room and the TF that goes with them, for tests of nodes.
 
-#include <cmath>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include <geometry_msgs/TransformStamped.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 #include <tf2_eigen/tf2_eigen.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
 
 #include "ttsdf_localization/simulation/depth_camera.h"
 #include "ttsdf_localization/simulation/worlds.h"
@@ -25,7 +25,8 @@ inline DepthCameraOptions testCamera() {
   return options;
 }
 
-/// `count` views from the middle of makeRoom(), all around, slightly down; camera frame = optical (z forward).
+/// `count` views from the middle of makeRoom(), all around, slightly down; camera frame = optical (z
+/// forward).
 inline std::vector<Eigen::Isometry3d> roomViews(int count) {
   std::vector<Eigen::Isometry3d> views;
   Eigen::Matrix3d R_base_camera;
@@ -34,9 +35,10 @@ inline std::vector<Eigen::Isometry3d> roomViews(int count) {
     const double yaw = 2.0 * 3.14159265358979323846 * n / count;
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.translation() << 2.0 + 0.2 * std::cos(yaw), 1.5 + 0.2 * std::sin(yaw), 1.3;
-    T.linear() = (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(0.25, Eigen::Vector3d::UnitY()))
-                     .toRotationMatrix() *
-                 R_base_camera;
+    T.linear() =
+        (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(0.25, Eigen::Vector3d::UnitY()))
+            .toRotationMatrix() *
+        R_base_camera;
     views.push_back(T);
   }
   return views;

@@ -1,9 +1,10 @@
 #pragma once
-// Parameters of the map builder node. Groups are sub-namespaces: ~selection/every, ~fusion/voxel_size, ~build/max_rank.
-
-#include <string>
+// Parameters of the map builder node. Groups are sub-namespaces: ~selection/every, ~fusion/voxel_size,
+// ~build/max_rank.
 
 #include <ros/node_handle.h>
+
+#include <string>
 
 #include "ttsdf_localization/mapping/map_builder.h"
 #include "ttsdf_localization/options/option_table.h"
@@ -15,10 +16,11 @@ namespace ttsdf {
 struct MapBuilderRosOptions {
   std::string global_frame_id = "map";  ///< the map's frame
   std::string map_file;                 ///< loaded at the start; empty: none
-  double surface_period = 3.0;          ///< new surface of what is being fused, while somebody subscribes [s]; 0: never
-  int surface_triangles = 300000;       ///< a larger surface is thinned for display
-  double slice_height = 1.0;            ///< of ~slice, map frame [m]
-  double quiet_seconds = 15.0;          ///< no cloud or no transform for this long: a warning [s]
+  double surface_period =
+      3.0;  ///< new surface of what is being fused, while somebody subscribes [s]; 0: never
+  int surface_triangles = 300000;  ///< a larger surface is thinned for display
+  double slice_height = 1.0;       ///< of ~slice, map frame [m]
+  double quiet_seconds = 15.0;     ///< no cloud or no transform for this long: a warning [s]
   ScanFuserOptions queue;
   ScanSelectionOptions selection;
   FusionOptions fusion;

@@ -1,20 +1,22 @@
 #pragma once
-// The map builder as a node: clouds and TF in, a compressed map out, on request. Fusion and building run in threads of
-// their own, so clouds are queued (and, if too many, dropped and counted) while a map is compressed.
-
-#include <atomic>
-#include <memory>
-#include <mutex>
-#include <string>
+// The map builder as a node: clouds and TF in, a compressed map out, on request. Fusion and building run in
+// threads of their own, so clouds are queued (and, if too many, dropped and counted) while a map is
+// compressed.
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <std_srvs/Trigger.h>
 
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+
 #include "ttsdf_localization/BuildMap.h"
 #include "ttsdf_localization/LoadMap.h"
 #include "ttsdf_localization/SaveMap.h"
+#include "ttsdf_localization/ros/map_build_request.h"
 #include "ttsdf_localization/ros/map_builder_options.h"
 #include "ttsdf_localization/ros/map_publisher.h"
 #include "ttsdf_localization/ros/posed_cloud_source.h"
@@ -24,8 +26,8 @@ namespace ttsdf {
 
 class MapBuilderRos {
  public:
-  /// Topics and get_map in `nh`, the rest and the parameters in `private_nh`. Throws std::invalid_argument for bad
-  /// parameters, std::runtime_error for a map_file that cannot be used.
+  /// Topics and get_map in `nh`, the rest and the parameters in `private_nh`. Throws std::invalid_argument
+  /// for bad parameters, std::runtime_error for a map_file that cannot be used.
   MapBuilderRos(ros::NodeHandle nh, ros::NodeHandle private_nh);
   /// Cancels a running build.
   ~MapBuilderRos();
@@ -33,13 +35,17 @@ class MapBuilderRos {
   MapBuilderRos& operator=(const MapBuilderRos&) = delete;
 
  private:
-  bool buildMap(ttsdf_localization::BuildMap::Request& request, ttsdf_localization::BuildMap::Response& response);
-  bool saveMap(ttsdf_localization::SaveMap::Request& request, ttsdf_localization::SaveMap::Response& response);
-  bool loadMap(ttsdf_localization::LoadMap::Request& request, ttsdf_localization::LoadMap::Response& response);
+  bool buildMap(ttsdf_localization::BuildMap::Request& request,
+                ttsdf_localization::BuildMap::Response& response);
+  bool saveMap(ttsdf_localization::SaveMap::Request& request,
+               ttsdf_localization::SaveMap::Response& response);
+  bool loadMap(ttsdf_localization::LoadMap::Request& request,
+               ttsdf_localization::LoadMap::Response& response);
   bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
   BuiltMap build(const ttsdf_localization::BuildMap::Request& request);
   BuiltMap buildFromFused(const BuildOptions& options, const BuildProgress& progress);
+  BuiltMap compressed(SampledSource source, const BuildOptions& options, const BuildProgress& progress);
   void use(std::vector<std::uint8_t> bytes);
 
   bool cancelled() const { return cancel_ || stopping_ || !ros::ok(); }

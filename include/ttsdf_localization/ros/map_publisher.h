@@ -1,13 +1,14 @@
 #pragma once
-// The map that a node offers: latched topic `ttsdf_map` and service `get_map`, as map_server does for amcl. Core only.
+// The map that a node offers: latched topic `ttsdf_map` and service `get_map`, as map_server does for amcl.
+// Core only.
+
+#include <ros/ros.h>
 
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
-
-#include <ros/ros.h>
 
 #include "ttsdf_localization/GetMap.h"
 #include "ttsdf_localization/map/tt_sdf_map.h"
@@ -26,8 +27,8 @@ class MapPublisher {
   /// Advertises in `nh`; the service runs in nh's callback queue.
   explicit MapPublisher(ros::NodeHandle nh);
 
-  /// Checks the bytes of a map file as a reader would, then publishes them. Throws MapFormatError, and the old map stays.
-  /// Returns the map's id.
+  /// Checks the bytes of a map file as a reader would, then publishes them. Throws MapFormatError, and the
+  /// old map stays. Returns the map's id.
   std::string set(std::vector<std::uint8_t> bytes);
   /// Null before the first map.
   std::shared_ptr<const Held> held() const;

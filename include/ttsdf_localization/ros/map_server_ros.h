@@ -1,9 +1,9 @@
 #pragma once
 // Offers a map file: latched topic `ttsdf_map`, service `get_map`. Core only.
 
-#include <string>
-
 #include <ros/ros.h>
+
+#include <string>
 
 #include "ttsdf_localization/ros/map_publisher.h"
 

@@ -1,13 +1,7 @@
 #pragma once
-// Clouds with their sensor's pose in the map: topic + TF at each cloud's own stamp, and the selection of what is worth
-// fusing. Survives bags that loop.
+// Clouds with their sensor's pose in the map: topic + TF at each cloud's own stamp, and the selection of what
+// is worth fusing. Survives bags that loop.
 
-#include <cstdint>
-#include <functional>
-#include <mutex>
-#include <string>
-
-#include <Eigen/Geometry>
 #include <message_filters/subscriber.h>
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -15,26 +9,33 @@
 #include <tf2_ros/message_filter.h>
 #include <tf2_ros/transform_listener.h>
 
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+
 #include "ttsdf_localization/ros/scan_selector.h"
 
 namespace ttsdf {
 
 class PosedCloudSource {
  public:
-  using Callback = std::function<void(const sensor_msgs::PointCloud2ConstPtr& cloud, const Eigen::Isometry3d& T_map_sensor)>;
+  using Callback = std::function<void(const sensor_msgs::PointCloud2ConstPtr& cloud,
+                                      const Eigen::Isometry3d& T_map_sensor)>;
 
   struct Counts {
     std::uint32_t received = 0, skipped = 0, without_transform = 0;
-    std::string sensor_frame_id;         ///< of the newest cloud
-    std::string last_transform_error;    ///< empty once a later cloud had its transform
-    ros::WallTime last_received;         ///< zero: never
-    ros::WallTime last_transformed;      ///< zero: never
+    std::string sensor_frame_id;       ///< of the newest cloud
+    std::string last_transform_error;  ///< empty once a later cloud had its transform
+    ros::WallTime last_received;       ///< zero: never
+    ros::WallTime last_transformed;    ///< zero: never
   };
 
-  /// Subscribes "cloud" of `nh`; `callback` runs in nh's callback queue for every selected cloud. At most `queue_size`
-  /// clouds wait for TF. Throws std::invalid_argument for bad options.
-  PosedCloudSource(ros::NodeHandle nh, const std::string& global_frame_id, const ScanSelectionOptions& selection,
-                   int queue_size, Callback callback);
+  /// Subscribes "cloud" of `nh`; `callback` runs in nh's callback queue for every selected cloud. At most
+  /// `queue_size` clouds wait for TF. Throws std::invalid_argument for bad options.
+  PosedCloudSource(ros::NodeHandle nh, const std::string& global_frame_id,
+                   const ScanSelectionOptions& selection, int queue_size, Callback callback);
 
   /// The resolved topic name, for messages.
   std::string topic() const { return subscriber_.getTopic(); }

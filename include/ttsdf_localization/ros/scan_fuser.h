@@ -1,6 +1,10 @@
 #pragma once
-// Fuses posed clouds into a TsdfVolume in a thread of its own, so that clouds can come in while fusion or a build is busy.
+// Fuses posed clouds into a TsdfVolume in a thread of its own, so that clouds can come in while fusion or a
+// build is busy.
 
+#include <sensor_msgs/PointCloud2.h>
+
+#include <Eigen/Geometry>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -9,16 +13,13 @@
 #include <string>
 #include <thread>
 
-#include <Eigen/Geometry>
-#include <sensor_msgs/PointCloud2.h>
-
 #include "ttsdf_localization/mapping/tsdf_volume.h"
 
 namespace ttsdf {
 
 struct ScanFuserOptions {
-  int queue_size = 30;                    ///< clouds that wait for fusion; more: the oldest is dropped
-  double max_volume_megabytes = 4000.0;   ///< fusion refuses clouds above this
+  int queue_size = 30;                   ///< clouds that wait for fusion; more: the oldest is dropped
+  double max_volume_megabytes = 4000.0;  ///< fusion refuses clouds above this
 };
 const OptionTable<ScanFuserOptions>& scanFuserOptionTable();
 
@@ -31,7 +32,8 @@ class ScanFuser {
     std::string last_error;  ///< why the last cloud was refused
   };
 
-  /// `changed` is called from the fusion thread after every cloud. Throws std::invalid_argument for bad options.
+  /// `changed` is called from the fusion thread after every cloud. Throws std::invalid_argument for bad
+  /// options.
   ScanFuser(const FusionOptions& fusion, const ScanFuserOptions& options, std::function<void()> changed = {});
   ~ScanFuser();
   /// Ends the thread after the cloud in work; what waits is not fused, and `changed` is not called again.
@@ -41,8 +43,8 @@ class ScanFuser {
 
   /// Queues a cloud. `T_map_sensor` belongs to the cloud's own frame.
   void push(const sensor_msgs::PointCloud2ConstPtr& cloud, const Eigen::Isometry3d& T_map_sensor);
-  /// Waits until every cloud queued before the call was handled. `cancelled` is asked now and then; true: gives up.
-  /// Returns false if it gave up.
+  /// Waits until every cloud queued before the call was handled. `cancelled` is asked now and then; true:
+  /// gives up. Returns false if it gave up.
   bool flush(const std::function<bool()>& cancelled);
   /// Gives the volume to `use` while fusion pauses; clouds queue up meanwhile.
   void withVolume(const std::function<void(const TsdfVolume&)>& use);
@@ -70,7 +72,8 @@ class ScanFuser {
   std::condition_variable arrived_, handled_;
   std::deque<Scan> queue_;
   Counts counts_;
-  std::uint64_t queued_ = 0, done_ = 0;  ///< clouds ever pushed; fused, refused, dropped or thrown away by reset
+  std::uint64_t queued_ = 0,
+                done_ = 0;  ///< clouds ever pushed; fused, refused, dropped or thrown away by reset
   bool stop_ = false;
   std::thread thread_;
 };

@@ -1,9 +1,8 @@
 #pragma once
 // Which scans of a stream are worth fusing: a camera that stands still adds nothing but time.
 
-#include <optional>
-
 #include <Eigen/Geometry>
+#include <optional>
 
 #include "ttsdf_localization/options/option_table.h"
 
@@ -22,8 +21,8 @@ class ScanSelector {
   /// Throws std::invalid_argument for an option out of range.
   explicit ScanSelector(const ScanSelectionOptions& options = {});
 
-  /// Call for every scan, in the order they come. A stamp [s] before the last one taken means that the clock was set
-  /// back (a bag that loops): selection starts anew, or no scan would ever be taken again.
+  /// Call for every scan, in the order they come. A stamp [s] before the last one taken means that the clock
+  /// was set back (a bag that loops): selection starts anew, or no scan would ever be taken again.
   bool take(double stamp, const Eigen::Isometry3d& T_map_sensor);
   void reset();
 
