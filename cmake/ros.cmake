@@ -2,7 +2,7 @@
 # only, so that neither OpenVDB nor VTK gets into the robot's process.
 
 # ---- functions -------------------------------------------------------------------------------------------------------
-find_package(catkin REQUIRED COMPONENTS rostest)
+find_package(rostest REQUIRED)  # not through catkin: that would replace catkin_LIBRARIES
 find_package(Eigen3 REQUIRED)
 
 # ttsdf_ros_library(<name> SOURCES ... LIBS ...): a library on top of roscpp and this package's messages.
@@ -19,13 +19,13 @@ function(ttsdf_node name)
   ttsdf_tool(${name} SOURCES ${ARG_SOURCES} LIBS ${ARG_LIBS})
 endfunction()
 
-# ttsdf_rostest(<behaviour.test> [SOURCE file.cpp] [LIBS ...] [DEPENDS targets ...]): test/ros/<behaviour>.test, with its gtest
-# program if it has one. A Python test gives DEPENDS only.
+# ttsdf_rostest(<behaviour.test> [SOURCE file.cpp] [LIBS ...] [DEPENDS targets ...] [ARGS name:=value ...]):
+# test/ros/<behaviour>.test, with its gtest program if it has one. A Python test gives DEPENDS only.
 function(ttsdf_rostest launch)
   if(NOT TTSDF_BUILD_TESTS OR NOT CATKIN_ENABLE_TESTING)
     return()
   endif()
-  cmake_parse_arguments(ARG "" "SOURCE" "LIBS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "" "SOURCE" "LIBS;DEPENDS;ARGS" ${ARGN})
   if(ARG_SOURCE)
     string(REPLACE ".cpp" "" target "ros_${ARG_SOURCE}")
     if(NOT TARGET ${target})
@@ -33,7 +33,7 @@ function(ttsdf_rostest launch)
     endif()
     list(APPEND ARG_DEPENDS ${target})
   endif()
-  add_rostest(test/ros/${launch} DEPENDENCIES ${ARG_DEPENDS})
+  add_rostest(test/ros/${launch} ARGS ${ARG_ARGS} DEPENDENCIES ${ARG_DEPENDS})
 endfunction()
 
 # A program in test/ros, built with the tests and found by roslaunch.
@@ -49,10 +49,128 @@ endfunction()
 # ---- messages, headers, what is no target ----------------------------------------------------------------------------
 install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
 install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-install(DIRECTORY launch config DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+install(PROGRAMS scripts/frames_to_bag scripts/evaluate_trajectory DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+install(FILES scripts/poses.py scripts/depth_frames.py DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 
 # ---- localization (core + ros) ---------------------------------------------------------------------------------------
+ttsdf_ros_library(ttsdf_ros
+  SOURCES
+    src/ros/conversions.cpp
+    src/ros/cloud_conversion.cpp
+    src/ros/parameters.cpp
+    src/ros/localization_options.cpp
+    src/ros/clock_watch.cpp
+    src/ros/cloud_input.cpp
+    src/ros/pose_input.cpp
+    src/ros/pose_store.cpp
+    src/ros/gravity_hint.cpp
+    src/ros/map_source.cpp
+    src/ros/global_worker.cpp
+    src/ros/tf_output.cpp
+    src/ros/localization_output.cpp
+    src/ros/localization_diagnostics.cpp
+    src/ros/localization_ros.cpp
+    src/ros/localization_ros_watch.cpp
+    src/ros/localization_ros_pose.cpp
+    src/ros/localization_ros_services.cpp
+  LIBS ttsdf_core)
+ttsdf_ros_library(ttsdf_localization_nodelet SOURCES src/nodes/localization_nodelet.cpp LIBS ttsdf_ros)
+ttsdf_node(localization_node SOURCES src/nodes/localization_node.cpp LIBS ttsdf_ros)
+
+find_package(yaml-cpp REQUIRED)
+ttsdf_unit_test(ros/cloud_conversion_test.cpp LIBS ttsdf_ros)
+ttsdf_unit_test(ros/conversions_test.cpp LIBS ttsdf_ros)
+ttsdf_unit_test(ros/clock_watch_test.cpp LIBS ttsdf_ros)
+ttsdf_unit_test(ros/pose_store_test.cpp LIBS ttsdf_ros)
+ttsdf_unit_test(ros/parameters_test.cpp LIBS ttsdf_ros yaml-cpp)
+if(TARGET ros_parameters_test)
+  target_compile_definitions(ros_parameters_test PRIVATE TTSDF_CONFIG_DIR="${CMAKE_CURRENT_SOURCE_DIR}/config")
+endif()
+
+# Tests with real nodes localize in a map of an analytic room, made when the tests are built.
+ttsdf_ros_test_program(make_room_map make_room_map.cpp ttsdf_core)
+if(TARGET make_room_map)
+  set(TTSDF_TEST_MAPS "${CMAKE_CURRENT_BINARY_DIR}/test_maps")
+  add_custom_command(OUTPUT "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf"
+    COMMAND ${CMAKE_COMMAND} -E make_directory "${TTSDF_TEST_MAPS}"
+    COMMAND make_room_map "${TTSDF_TEST_MAPS}/room.ttsdf" 40
+    COMMAND make_room_map "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf" 25
+    DEPENDS make_room_map VERBATIM)
+  add_custom_target(test_maps DEPENDS "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf")
+  add_dependencies(tests test_maps)
+endif()
+foreach(behaviour
+    localization localization_nodelet no_odometry external_prior tf_output missing_transforms bad_clouds map_change
+    map_sources initialpose time_jump two_robots lost quiet)
+  ttsdf_rostest(${behaviour}.test DEPENDS test_maps localization_node ttsdf_localization_nodelet
+    ARGS map_dir:=${TTSDF_TEST_MAPS})
+endforeach()
+ttsdf_rostest(bad_parameters.test DEPENDS localization_node ttsdf_localization_nodelet)
 
 # ---- map building and map server -------------------------------------------------------------------------------------
+ttsdf_ros_library(ttsdf_map_server
+  SOURCES
+    src/ros/map_publisher.cpp
+    src/ros/map_server_ros.cpp
+  LIBS ttsdf_ros)
+ttsdf_node(map_server_node SOURCES src/nodes/map_server_node.cpp LIBS ttsdf_map_server)
+
+ttsdf_ros_library(ttsdf_map_builder
+  SOURCES
+    src/ros/map_build_request.cpp
+    src/ros/map_builder_options.cpp
+    src/ros/map_builder_ros.cpp
+    src/ros/map_visualization.cpp
+    src/ros/posed_cloud_source.cpp
+    src/ros/scan_fuser.cpp
+    src/ros/scan_selector.cpp
+  LIBS ttsdf_map_server ttsdf_mapping)
+ttsdf_ros_library(ttsdf_map_builder_nodelet SOURCES src/nodes/map_builder_nodelet.cpp LIBS ttsdf_map_builder)
+ttsdf_node(map_builder_node SOURCES src/nodes/map_builder_node.cpp LIBS ttsdf_map_builder)
+
+ttsdf_unit_test(ros/scan_selector_test.cpp LIBS ttsdf_map_builder)
+ttsdf_unit_test(ros/map_build_request_test.cpp LIBS ttsdf_map_builder)
+ttsdf_unit_test(ros/map_visualization_test.cpp LIBS ttsdf_map_builder)
+ttsdf_unit_test(ros/map_builder_config_test.cpp LIBS ttsdf_map_builder yaml-cpp)
+if(TARGET ros_map_builder_config_test)
+  target_compile_definitions(ros_map_builder_config_test PRIVATE TTSDF_CONFIG_DIR="${CMAKE_CURRENT_SOURCE_DIR}/config")
+endif()
+ttsdf_rostest(map_builder.test SOURCE map_builder_test.cpp LIBS ttsdf_ros ttsdf_mapping ttsdf_simulation
+  DEPENDS map_builder_node)
+ttsdf_rostest(map_builder_nodelet.test DEPENDS ros_map_builder_test ttsdf_map_builder_nodelet)
+ttsdf_rostest(map_server.test SOURCE map_server_test.cpp LIBS ttsdf_ros DEPENDS map_server_node)
+ttsdf_rostest(bag_replay.test DEPENDS ttsdf_map_builder_nodelet ttsdf_localization_nodelet)
+if(TARGET ros_map_server_test)
+  target_compile_definitions(ros_map_server_test PRIVATE MAP_SERVER_NODE="$<TARGET_FILE:map_server_node>")
+endif()
+if(TTSDF_BUILD_TESTS AND CATKIN_ENABLE_TESTING)
+  add_test(NAME scripts_test COMMAND ${PYTHON_EXECUTABLE} "${CMAKE_CURRENT_SOURCE_DIR}/test/scripts/scripts_test.py")
+endif()
 
 # ---- simulation and demo ---------------------------------------------------------------------------------------------
+ttsdf_ros_library(ttsdf_simulation_ros
+  SOURCES
+    src/ros/depth_messages.cpp
+    src/ros/simulated_camera_options.cpp
+    src/ros/simulated_camera_ros.cpp
+  LIBS ttsdf_simulation ttsdf_ros)
+ttsdf_node(simulated_camera_node SOURCES src/nodes/simulated_camera_node.cpp LIBS ttsdf_simulation_ros)
+
+ttsdf_unit_test(ros/depth_messages_test.cpp LIBS ttsdf_simulation_ros)
+ttsdf_unit_test(ros/simulated_camera_options_test.cpp LIBS ttsdf_simulation_ros ${YAML_CPP_LIBRARIES})
+if(TARGET ros_simulated_camera_options_test)
+  target_compile_definitions(ros_simulated_camera_options_test PRIVATE
+    TTSDF_CONFIG_FOLDER="${CMAKE_CURRENT_SOURCE_DIR}/config")
+endif()
+ttsdf_rostest(simulated_camera.test SOURCE simulated_camera_test.cpp LIBS ttsdf_simulation_ros
+  DEPENDS simulated_camera_node)
+
+ttsdf_ros_library(ttsdf_demo
+  SOURCES
+    src/ros/demo_report.cpp
+    src/ros/demo_ros.cpp
+  LIBS ttsdf_ros ttsdf_evaluation)
+ttsdf_node(demo_node SOURCES src/nodes/demo_node.cpp LIBS ttsdf_demo)
+
+ttsdf_unit_test(ros/demo_report_test.cpp LIBS ttsdf_demo)

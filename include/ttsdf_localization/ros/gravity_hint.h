@@ -1,0 +1,41 @@
+#pragma once
+// Which way is down in the frame of a scan: from a level frame, from an IMU, or from a parameter.
+
+#include <ros/node_handle.h>
+#include <sensor_msgs/Imu.h>
+#include <tf2_ros/buffer.h>
+
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "ttsdf_localization/ros/localization_options.h"
+
+namespace ttsdf {
+
+class GravityHint {
+ public:
+  /// Subscribes to `imu` where the options ask for it.
+  GravityHint(ros::NodeHandle& node, const GravityOptions& options, const FrameOptions& frames,
+              const tf2_ros::Buffer& buffer);
+
+  /// Unit vector in the sensor frame at `stamp`; empty if unknown.
+  std::optional<Eigen::Vector3d> down(const std::string& sensor_frame, const ros::Time& stamp) const;
+
+ private:
+  void onImu(const sensor_msgs::ImuConstPtr& imu);
+  std::optional<Eigen::Vector3d> rotated(const Eigen::Vector3d& direction, const std::string& from,
+                                         const std::string& to, const ros::Time& stamp) const;
+
+  const GravityOptions options_;
+  const std::string level_frame_;
+  const tf2_ros::Buffer& buffer_;
+  ros::Subscriber subscriber_;
+  mutable std::mutex mutex_;
+  std::string imu_frame_;
+  ros::Time imu_stamp_;
+  Eigen::Vector3d imu_force_ =
+      Eigen::Vector3d::Zero();  ///< low-passed specific force, points up at rest [m/s^2]
+};
+
+}  // namespace ttsdf

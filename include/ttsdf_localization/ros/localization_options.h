@@ -1,0 +1,83 @@
+#pragma once
+// Everything config/localization.yaml can say. Groups are nested structs; defaults stand here and nowhere
+// else.
+
+#include <string>
+
+#include "ttsdf_localization/localization/localizer_options.h"
+#include "ttsdf_localization/ros/cloud_conversion.h"
+#include "ttsdf_localization/ros/parameters.h"
+
+namespace ttsdf {
+
+/// Frames and transforms, named as in amcl.
+struct FrameOptions {
+  std::string global_frame_id = "map";
+  std::string odom_frame_id = "odom";  ///< "": no odometry, map -> base is published
+  std::string base_frame_id = "base_link";
+  bool tf_broadcast = true;
+  double transform_tolerance = 0.1;  ///< map -> odom is stamped this far ahead of the scan [s]
+  double tf_rate = 30.0;             ///< the transform is sent again at this rate [Hz]
+  int tf_queue_size = 20;            ///< reduced scans that wait for their transforms
+  double odometry_timeout = 0.5;  ///< scans go on without odometry after this time without it [s]; 0: never
+};
+
+/// Where the map comes from.
+struct MapSourceOptions {
+  std::string map_source = "file";  ///< file | topic (ttsdf_map) | service (get_map)
+  std::string map_file;             ///< "": wait for ~load_map or ~set_map
+  double cache_megabytes = 16.0;    ///< memory for contracted columns of the map
+};
+
+/// Pose at the start.
+struct StartPoseOptions {
+  bool set_initial_pose = false;  ///< the numbers below are the start pose of the base in the map
+  double initial_pose_x = 0.0, initial_pose_y = 0.0, initial_pose_z = 0.0;           ///< [m]
+  double initial_pose_roll = 0.0, initial_pose_pitch = 0.0, initial_pose_yaw = 0.0;  ///< [rad]
+  std::string pose_file;          ///< the last good pose is kept here and read at the start; "": not kept
+  double save_pose_period = 2.0;  ///< [s]
+};
+
+/// Which way is down, for global localization.
+struct GravityOptions {
+  std::string gravity_source = "auto";                       ///< auto | none | frame | vector | imu
+  std::string gravity_frame_id;                              ///< frame: its -z axis is down
+  double gravity_x = 0.0, gravity_y = 0.0, gravity_z = 0.0;  ///< vector: down in the cloud's frame
+};
+
+/// What is published and when somebody is warned.
+struct OutputOptions {
+  double quiet_warning_seconds = 15.0;  ///< without scans or transforms: a warning [s]
+  int path_length = 10000;              ///< poses kept in the path
+  double path_spacing = 0.02;           ///< least distance between two of them [m]
+};
+
+struct LocalizationRosOptions {
+  FrameOptions frames;
+  MapSourceOptions map;
+  StartPoseOptions start;
+  GravityOptions gravity;
+  OutputOptions output;
+  CloudOptions cloud;
+  LocalizerOptions localizer;
+};
+
+const OptionTable<FrameOptions>& frameOptionTable();
+const OptionTable<MapSourceOptions>& mapSourceOptionTable();
+const OptionTable<StartPoseOptions>& startPoseOptionTable();
+const OptionTable<GravityOptions>& gravityOptionTable();
+const OptionTable<OutputOptions>& outputOptionTable();
+
+/// Registers every option under the keys of the YAML file; `options` must outlive the set.
+ParameterSet localizationParameters(LocalizationRosOptions& options);
+
+/// config/localization.yaml as it should be: every option with its default and its meaning.
+std::string localizationYaml();
+
+/// Reads and checks. Throws std::invalid_argument naming every bad key.
+LocalizationRosOptions loadLocalizationOptions(const ros::NodeHandle& private_node);
+
+/// What single values cannot say: options that contradict each other. Strips leading slashes of frames.
+void checkAndTidy(LocalizationRosOptions& options);
+
+}  // namespace ttsdf

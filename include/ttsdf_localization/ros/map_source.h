@@ -1,0 +1,65 @@
+#pragma once
+// Maps from a file, a topic or a service, made ready in a thread of its own: scans go on with the old map
+// meanwhile.
+
+#include <ros/node_handle.h>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "ttsdf_localization/SetMap.h"
+#include "ttsdf_localization/TtSdfMap.h"
+#include "ttsdf_localization/localization/localizer.h"
+#include "ttsdf_localization/ros/localization_options.h"
+#include "ttsdf_localization/ros/newest_slot.h"
+
+namespace ttsdf {
+
+/// A map that was checked and can be put into use at once.
+struct LoadedMap {
+  PreparedMap map;
+  std::string map_id;
+  std::string frame_id;  ///< the map's own name for its frame
+  std::string summary;   ///< dims, ranks, voxel size, bytes in file and in memory
+  std::size_t file_bytes = 0;
+};
+
+class MapSource {
+ public:
+  using LoadedCallback = std::function<void(LoadedMap)>;
+  using FailedCallback = std::function<void(const std::string& message)>;
+
+  /// Starts loading by itself as the options say. Callbacks run in the loading thread.
+  MapSource(ros::NodeHandle& node, const MapSourceOptions& options, const RegistrationOptions& registration,
+            LoadedCallback loaded, FailedCallback failed);
+  ~MapSource();
+
+  /// Decodes, checks and prepares; in the caller's thread. Throws MapFormatError or std::runtime_error.
+  LoadedMap prepare(const std::vector<std::uint8_t>& bytes) const;
+  LoadedMap prepareFile(const std::string& path) const;
+
+ private:
+  using Job = std::function<LoadedMap()>;
+  void run();
+  void onMap(const ttsdf_localization::TtSdfMapConstPtr& message);
+  void callService();
+  void put(Job job);
+
+  const MapSourceOptions options_;
+  const RegistrationOptions registration_;
+  const LoadedCallback loaded_;
+  const FailedCallback failed_;
+  std::atomic<bool> stop_{false};
+  ros::NodeHandle node_;
+  ros::Subscriber subscriber_;
+  NewestSlot<Job> jobs_;
+  std::string last_topic_id_;  ///< the same map again is not loaded again
+  std::thread thread_;
+};
+
+}  // namespace ttsdf

@@ -1,0 +1,78 @@
+#pragma once
+// rosparam -> option structs, by their tables. A key nobody knows and a value out of range are errors, all
+// reported at once.
+
+#include <ros/node_handle.h>
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "ttsdf_localization/options/option_table.h"
+
+namespace ttsdf {
+
+/// Throws std::invalid_argument for lists, structs and dates. `key` is for the message.
+OptionValue optionValue(const std::string& key, XmlRpc::XmlRpcValue value);
+
+namespace parameter_detail {
+/// "Sentence. [m] 0 to 10", "Sentence. one | two".
+std::string comment(const std::string& description, const std::string& unit, double min, double max,
+                    const std::vector<std::string>& choices, const OptionValue& value);
+}  // namespace parameter_detail
+
+/// What a node reads from its private namespace.
+class ParameterSet {
+ public:
+  /// Registers every option of `options` (which must outlive this) below `group` ("" or "registration" ...).
+  template <class Options>
+  void add(const std::string& group, Options& options, const OptionTable<Options>& table) {
+    for (const auto& row : table.rows()) {
+      Entry entry;
+      entry.group = group;
+      entry.name = row.name;
+      entry.comment = parameter_detail::comment(row.description, row.unit, row.min, row.max, row.choices,
+                                                row.get(options));
+      entry.get = [&options, get = row.get] { return get(options); };
+      entry.set = [&options, &table, name = row.name](const OptionValue& value) {
+        table.set(options, name, value);
+      };
+      entries_.push_back(std::move(entry));
+    }
+  }
+  /// A key that belongs to somebody else in this namespace.
+  void ignore(const std::string& key) { ignored_.push_back(key); }
+
+  /// Reads every parameter below the handle's namespace. Throws std::invalid_argument with one line per bad
+  /// key: key, value and range, or, for an unknown key, the known one most like it.
+  void load(const ros::NodeHandle& private_node) const;
+  /// The same from a value (for tests and for bags).
+  void load(const XmlRpc::XmlRpcValue& tree, const std::string& where) const;
+
+  std::vector<std::string> keys() const;
+
+  /// A YAML file with every option, its value and what it means. `title` and `group_comments` (by group; ""
+  /// is the top) are plain text, put into comments.
+  std::string toYaml(const std::string& title,
+                     const std::map<std::string, std::string>& group_comments) const;
+
+ private:
+  struct Entry {
+    std::string group, name;
+    std::string comment;  ///< what it means, unit and range
+    std::function<OptionValue()> get;
+    std::function<void(const OptionValue&)> set;
+    std::string key() const { return group.empty() ? name : group + "/" + name; }
+  };
+
+  const Entry* find(const std::string& key) const;
+  void visit(const XmlRpc::XmlRpcValue& tree, const std::string& prefix,
+             std::vector<std::string>& problems) const;
+  std::string nearestKey(const std::string& key) const;
+
+  std::vector<Entry> entries_;
+  std::vector<std::string> ignored_;
+};
+
+}  // namespace ttsdf

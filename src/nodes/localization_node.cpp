@@ -1,0 +1,18 @@
+#include <ros/ros.h>
+
+#include <exception>
+
+#include "ttsdf_localization/ros/localization_ros.h"
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "localization");
+  try {
+    const ttsdf::LocalizationRos localization(ros::NodeHandle(), ros::NodeHandle("~"),
+                                              ros::this_node::getName());
+    ros::spin();
+  } catch (const std::exception& error) {
+    ROS_FATAL_STREAM("does not start: " << error.what());
+    return 1;
+  }
+  return 0;
+}

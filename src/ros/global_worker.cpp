@@ -1,0 +1,46 @@
+#include "ttsdf_localization/ros/global_worker.h"
+
+#include <utility>
+
+namespace ttsdf {
+
+GlobalWorker::~GlobalWorker() {
+  cancelled_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+bool GlobalWorker::start(GlobalJob job) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (running_) return false;
+  if (thread_.joinable()) thread_.join();  // has ended
+  job_ = std::make_unique<GlobalJob>(std::move(job));
+  running_ = true;
+  cancelled_ = false;
+  progress_ = 0.0;
+  thread_ = std::thread(&GlobalWorker::run, this);
+  return true;
+}
+
+bool GlobalWorker::cancel() {
+  cancelled_ = true;
+  return running_;
+}
+
+void GlobalWorker::wait() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  idle_.wait(lock, [this] { return !running_; });
+}
+
+void GlobalWorker::run() {
+  job_->run([this](double share) {
+    progress_ = share;
+    callbacks_.progress(share);
+    return !cancelled_;
+  });
+  callbacks_.done(*job_);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  running_ = false;
+  idle_.notify_all();
+}
+
+}  // namespace ttsdf

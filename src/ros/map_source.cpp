@@ -1,0 +1,112 @@
+#include "ttsdf_localization/ros/map_source.h"
+
+#include <ros/service.h>
+
+#include <exception>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "ttsdf_localization/GetMap.h"
+#include "ttsdf_localization/map/map_io.h"
+
+namespace ttsdf {
+
+MapSource::MapSource(ros::NodeHandle& node, const MapSourceOptions& options,
+                     const RegistrationOptions& registration, LoadedCallback loaded, FailedCallback failed)
+    : options_(options),
+      registration_(registration),
+      loaded_(std::move(loaded)),
+      failed_(std::move(failed)),
+      node_(node) {
+  thread_ = std::thread(&MapSource::run, this);
+  if (options_.map_source == "topic") {
+    subscriber_ = node_.subscribe("ttsdf_map", 1, &MapSource::onMap, this);
+  } else if (options_.map_source == "file" && !options_.map_file.empty()) {
+    put([this] { return prepareFile(options_.map_file); });
+  }
+}
+
+MapSource::~MapSource() {
+  stop_ = true;
+  subscriber_.shutdown();
+  jobs_.close();
+  thread_.join();
+}
+
+LoadedMap MapSource::prepare(const std::vector<std::uint8_t>& bytes) const {
+  const MapFileInfo info = fileInfo(bytes.data(), bytes.size());
+  const TtSdfMap map = deserialize(bytes.data(), bytes.size());
+  TtFieldOptions field_options;
+  field_options.cache_megabytes = options_.cache_megabytes;
+  std::shared_ptr<TtDistanceField> field = makeField(map, field_options);
+  field->warmUp();  // or the first scan would pay for it
+  LoadedMap loaded;
+  loaded.map_id = info.map_id;
+  loaded.frame_id = map.frame_id;
+  loaded.file_bytes = info.file_bytes;
+  std::ostringstream text;
+  text << "map " << info.map_id << ": " << map.geometry.dims.transpose() << " voxels of "
+       << map.geometry.voxel_size << " m, ranks " << map.train.rank1() << ' ' << map.train.rank2() << ", "
+       << info.file_bytes << " bytes (" << name(info.encoding) << "), " << field->memoryBytes()
+       << " bytes in memory";
+  loaded.summary = text.str();
+  loaded.map = Localizer::prepare(std::move(field), registration_);
+  return loaded;
+}
+
+LoadedMap MapSource::prepareFile(const std::string& path) const {
+  try {
+    return prepare(readFile(path));
+  } catch (const MapFormatError& error) {
+    throw std::runtime_error("map file '" + path + "': " + error.what());
+  }
+}
+
+void MapSource::put(Job job) { jobs_.put(std::move(job)); }
+
+void MapSource::onMap(const ttsdf_localization::TtSdfMapConstPtr& message) {
+  if (!message->map_id.empty() && message->map_id == last_topic_id_) return;
+  last_topic_id_ = message->map_id;
+  put([this, message] { return prepare(message->data); });
+}
+
+void MapSource::callService() {
+  // The service may come up much later, and the node may be asked to stop meanwhile.
+  const std::string service = node_.resolveName("get_map");
+  while (!stop_ && ros::ok()) {
+    if (!ros::service::exists(service, false)) {
+      ros::WallDuration(0.1).sleep();  // not waitForService: it counts in a clock that may stand still
+      continue;
+    }
+    ttsdf_localization::GetMap call;
+    if (!ros::service::call(service, call)) {
+      failed_("service '" + service + "' could not be called");
+    } else if (!call.response.success) {
+      failed_("service '" + service + "': " + call.response.message);
+    } else {
+      loaded_(prepare(call.response.map.data));
+      return;
+    }
+    for (int n = 0; n < 10 && !stop_; ++n) ros::WallDuration(0.1).sleep();
+  }
+}
+
+void MapSource::run() {
+  if (options_.map_source == "service") {
+    try {
+      callService();
+    } catch (const std::exception& error) {
+      failed_(error.what());
+    }
+  }
+  while (const auto job = jobs_.take()) {
+    try {
+      loaded_((*job)());
+    } catch (const std::exception& error) {
+      failed_(error.what());
+    }
+  }
+}
+
+}  // namespace ttsdf

@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+"""Bad parameters: the node ends with a message, the nodelet says so and its manager lives."""
+
+import os
+import subprocess
+import unittest
+
+import roslib.packages
+import rospy
+import rostest
+from nodelet.srv import NodeletList, NodeletLoad, NodeletLoadRequest
+
+from fake_robot import Recorder, Status
+
+
+class BadParameters(unittest.TestCase):
+    def test_node_refuses_to_start(self):
+        node = roslib.packages.find_node('ttsdf_localization', 'localization_node')[0]
+        for argument, expected in (('_gates/min_inlier_ration:=0.5', 'min_inlier_ratio'),
+                                   ('_transform_tolerance:=-1.0', 'transform_tolerance'),
+                                   ('_base_frame_id:=map', 'base_frame_id')):
+            key = argument[1:].split(':=')[0]
+            done = subprocess.run([node, '__name:=refused', argument], capture_output=True, timeout=60.0,
+                                  env=dict(os.environ), check=False)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(expected, (done.stdout + done.stderr).decode())
+            rospy.delete_param('/refused/' + key)
+
+    def test_nodelet_says_so_and_the_manager_lives(self):
+        recorder = Recorder()
+        rospy.set_param('/localization/gates', {'max_rms_residual': 'small'})
+        rospy.wait_for_service('/manager/load_nodelet', 30.0)
+        load = rospy.ServiceProxy('/manager/load_nodelet', NodeletLoad)
+        load(NodeletLoadRequest(name='/localization', type='ttsdf_localization/LocalizationNodelet'))
+        self.assertTrue(recorder.wait_for_state(Status.ERROR), recorder.history())
+        status = recorder.statuses[-1]
+        self.assertEqual(status.reason, Status.REASON_PARAMETER)
+        self.assertIn('max_rms_residual', status.message)
+        self.assertIn('small', status.message)
+        rospy.delete_param('/localization')
+        load(NodeletLoadRequest(name='/second', type='ttsdf_localization/LocalizationNodelet'))
+        self.assertIn('/second', rospy.ServiceProxy('/manager/list', NodeletList)().nodelets)
+        self.assertTrue(recorder.wait_for(lambda: True))
+
+
+if __name__ == '__main__':
+    rospy.init_node('bad_parameters_test')
+    rostest.rosrun('ttsdf_localization', 'bad_parameters', BadParameters)

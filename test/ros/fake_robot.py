@@ -1,0 +1,256 @@
+"""A robot with a depth camera in the analytic room, and a recorder of what the localizer says: shared by the tests."""
+
+import threading
+import time
+
+import numpy as np
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import PointCloud2, PointField
+from tf2_msgs.msg import TFMessage
+
+import room
+from ttsdf_localization.msg import LocalizationStatus as Status
+
+START = room.pose(1.6, 1.2, 0.0, 0.5)
+ELSEWHERE = room.pose(3.2, 3.6, 0.0, -1.2)
+
+
+def quaternion(R):
+    """x y z w of a rotation matrix, by its largest component."""
+    K = np.array([[R[0, 0] - R[1, 1] - R[2, 2], 0, 0, 0],
+                  [R[0, 1] + R[1, 0], R[1, 1] - R[0, 0] - R[2, 2], 0, 0],
+                  [R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], R[2, 2] - R[0, 0] - R[1, 1], 0],
+                  [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], R[0, 0] + R[1, 1] + R[2, 2]]]) / 3.0
+    _, vectors = np.linalg.eigh(K)
+    return vectors[:, -1]
+
+
+def matrix(position, orientation):
+    x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
+    T = np.eye(4)
+    T[:3, :3] = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                 [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                 [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+    T[:3, 3] = [position.x, position.y, position.z]
+    return T
+
+
+def transform(parent, child, T, stamp):
+    message = TransformStamped()
+    message.header.stamp = stamp
+    message.header.frame_id = parent
+    message.child_frame_id = child
+    t, q = message.transform.translation, message.transform.rotation
+    t.x, t.y, t.z = T[:3, 3]
+    q.x, q.y, q.z, q.w = quaternion(T[:3, :3])
+    return message
+
+
+def pose_message(T, frame='map', stamp=None, sigma=(0.1, 0.1, 0.1, 0.05, 0.05, 0.05)):
+    message = PoseWithCovarianceStamped()
+    message.header.frame_id = frame
+    message.header.stamp = stamp or rospy.Time()
+    p, q = message.pose.pose.position, message.pose.pose.orientation
+    p.x, p.y, p.z = T[:3, 3]
+    q.x, q.y, q.z, q.w = quaternion(T[:3, :3])
+    message.pose.covariance = list(np.diag(np.square(sigma)).ravel())
+    return message
+
+
+def cloud_message(points, frame, stamp):
+    """float32 x y z; an array of height x width x 3 gives an organised cloud."""
+    points = np.asarray(points, dtype=np.float32)
+    if points.ndim == 2:
+        points = points[None]
+    message = PointCloud2()
+    message.header.frame_id = frame
+    message.header.stamp = stamp
+    message.height, message.width = points.shape[:2]
+    message.fields = [PointField(name, 4 * n, PointField.FLOAT32, 1) for n, name in enumerate('xyz')]
+    message.point_step = 12
+    message.row_step = 12 * message.width
+    message.data = points.tobytes()
+    return message
+
+
+def errors(T, truth):
+    """Distance [m] and angle [rad] between two poses."""
+    D = np.linalg.inv(truth) @ T
+    return np.linalg.norm(D[:3, 3]), np.arccos(np.clip((np.trace(D[:3, :3]) - 1.0) / 2.0, -1.0, 1.0))
+
+
+class FakeRobot:
+    """Publishes odometry TF and clouds at 10 Hz from a thread; what it does is changed by its fields."""
+
+    def __init__(self, prefix='', cloud='cloud', odom='odom', start=START, rate=10.0):
+        self.frames = {name: prefix + name for name in ('odom', 'base_link', 'camera')}
+        self.odom = odom
+        self.T_map_base = start
+        self.T_map_odom = room.pose(0.3, -0.2, 0.0, 0.1)
+        self.velocity = 0.0           # [m/s] along x of the base, turned back at the ends of 0.6 m
+        self.send_clouds = self.send_odometry = True
+        self.period = 1.0 / rate
+        self.truth = {}               # stamp -> T_map_base of every cloud sent
+        self.change_points = None     # function of the points and a counter
+        self._way = 0.0
+        self._count = 0
+        self._scans = {}
+        self._lock = threading.RLock()
+        self._tf = rospy.Publisher('/tf', TFMessage, queue_size=50)
+        self._tf_static = rospy.Publisher('/tf_static', TFMessage, queue_size=5, latch=True)
+        self._clouds = rospy.Publisher(cloud, PointCloud2, queue_size=2)
+        self._tf_static.publish([transform(self.frames['base_link'], self.frames['camera'], room.T_BASE_CAMERA,
+                                           rospy.Time.now())])
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def start(self):
+        self._thread.start()
+        return self
+
+    def stop(self):
+        self._stop.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def kidnap(self, T_map_base):
+        """Carried away: the odometry notices nothing."""
+        with self._lock:
+            T_odom_base = np.linalg.inv(self.T_map_odom) @ self.T_map_base
+            self.T_map_base = T_map_base
+            self._way = 0.0
+            self.T_map_odom = T_map_base @ np.linalg.inv(T_odom_base)
+
+    def step(self, stamp=None):
+        with self._lock:
+            stamp = stamp or rospy.Time.now()
+            if self.velocity:
+                self._way += self.velocity * self.period
+                forward = np.eye(4)
+                forward[0, 3] = self.velocity * self.period
+                self.T_map_base = self.T_map_base @ forward
+                if abs(self._way) > 0.6:
+                    self.velocity = -self.velocity
+            if self.send_odometry and self.odom:
+                T_odom_base = np.linalg.inv(self.T_map_odom) @ self.T_map_base
+                self._tf.publish([transform(self.odom, self.frames['base_link'], T_odom_base, stamp)])
+            if self.send_clouds:
+                self.truth[stamp.to_nsec()] = self.T_map_base.copy()
+                self._clouds.publish(cloud_message(self.points(), self.frames['camera'], stamp))
+            self._count += 1
+
+    def points(self):
+        key = tuple(np.round(self.T_map_base.ravel(), 9))
+        if key not in self._scans:
+            if len(self._scans) > 200:
+                self._scans.clear()
+            self._scans[key] = room.scan(self.T_map_base @ room.T_BASE_CAMERA)
+        points = self._scans[key]
+        return self.change_points(points.copy(), self._count) if self.change_points else points
+
+    def publish_cloud(self, message):
+        self._clouds.publish(message)
+
+    def wait_for_subscriber(self, timeout=30.0):
+        end = time.monotonic() + timeout
+        while self._clouds.get_num_connections() == 0 and time.monotonic() < end:
+            self._stop.wait(0.02)
+        return self._clouds.get_num_connections() > 0
+
+    def _run(self):
+        # By wall time: simulated time may stand still.
+        while not self._stop.wait(self.period) and not rospy.is_shutdown():
+            self.step()
+
+
+class Recorder:
+    """What one localizer publishes. Conditions are checked whenever something arrives; nothing sleeps."""
+
+    def __init__(self, namespace='', child='odom', name='localization', parent='map'):
+        self.poses, self.statuses, self.transforms, self.odometry, self.diagnostics = [], [], [], [], {}
+        self.transform_arrivals = []
+        self.private = (namespace + '/' if namespace else '') + name
+        self._parent, self._child = parent, child
+        self._changed = threading.Condition(threading.RLock())
+        prefix = namespace + '/' if namespace else ''
+        self._subscribers = [
+            rospy.Subscriber(prefix + 'pose', PoseWithCovarianceStamped, self._keep(self.poses), queue_size=50),
+            rospy.Subscriber(prefix + 'status', Status, self._keep(self.statuses), queue_size=200),
+            rospy.Subscriber(prefix + 'odometry', Odometry, self._keep(self.odometry), queue_size=50),
+            rospy.Subscriber('/tf', TFMessage, self._on_tf, queue_size=200),
+            rospy.Subscriber('/diagnostics', DiagnosticArray, self._on_diagnostics, queue_size=50)]
+        self._initialpose = rospy.Publisher(prefix + 'initialpose', PoseWithCovarianceStamped, queue_size=2)
+
+    def _keep(self, where):
+        def keep(message):
+            with self._changed:
+                where.append(message)
+                self._changed.notify_all()
+        return keep
+
+    def _on_tf(self, message):
+        with self._changed:
+            for t in message.transforms:
+                if t.header.frame_id == self._parent and t.child_frame_id == self._child:
+                    self.transforms.append(t)
+                    self.transform_arrivals.append(time.monotonic())
+            self._changed.notify_all()
+
+    def _on_diagnostics(self, message):
+        with self._changed:
+            for status in message.status:
+                self.diagnostics[status.name] = status
+            self._changed.notify_all()
+
+    def wait_for(self, condition, timeout=60.0):
+        """True as soon as condition() is true."""
+        with self._changed:
+            return bool(self._changed.wait_for(condition, timeout))
+
+    def state(self):
+        return self.statuses[-1].state if self.statuses else None
+
+    def wait_for_state(self, *states, timeout=60.0):
+        return self.wait_for(lambda: self.state() in states, timeout)
+
+    def wait_for_new(self, what, n=1, timeout=60.0):
+        """Waits for n more entries in one of the lists."""
+        with self._changed:
+            wanted = len(what) + n
+            return bool(self._changed.wait_for(lambda: len(what) >= wanted, timeout))
+
+    def wait_for_status(self, condition, timeout=60.0):
+        """The first status from now on for which condition(status) is true, or None."""
+        with self._changed:
+            begin = len(self.statuses)
+            found = []
+
+            def check():
+                found[:] = [s for s in self.statuses[begin:] if condition(s)][:1]
+                return bool(found)
+            self._changed.wait_for(check, timeout)
+            return found[0] if found else None
+
+    def wait_for_initialpose_connection(self, timeout=30.0):
+        return self.wait_for(lambda: self._initialpose.get_num_connections() > 0, timeout) or \
+            self._initialpose.get_num_connections() > 0
+
+    def set_pose(self, message):
+        self._initialpose.publish(message)
+
+    def history(self):
+        """For messages of failed tests."""
+        return '; '.join('%s/%d %s' % (s.state_name, s.reason, s.message) for s in self.statuses[-5:])
+
+
+def start_tracking(test, recorder, robot, timeout=90.0):
+    """Gives the true pose and waits until the robot is tracked."""
+    test.assertTrue(robot.wait_for_subscriber(), 'nobody subscribes to the cloud')
+    test.assertTrue(recorder.wait_for(lambda: any(s.map_id for s in recorder.statuses), timeout), 'no map: ' +
+                    recorder.history())
+    recorder.wait_for_initialpose_connection()
+    recorder.set_pose(pose_message(robot.T_map_base))
+    test.assertTrue(recorder.wait_for_state(Status.TRACKING, timeout=timeout), recorder.history())

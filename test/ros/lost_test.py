@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""Carried away, the robot says so, publishes nothing as good, and finds itself again."""
+
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+
+from fake_robot import ELSEWHERE, START, FakeRobot, Recorder, Status, errors, matrix, start_tracking
+
+
+class Lost(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.recorder = Recorder()
+        cls.robot = FakeRobot().start()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.robot.stop()
+
+    def setUp(self):
+        self.robot.change_points = None
+        if self.recorder.state() != Status.TRACKING:
+            start_tracking(self, self.recorder, self.robot)
+
+    def assert_every_pose_was_right(self, begin):
+        for pose in self.recorder.poses[begin:]:
+            truth = self.robot.truth[pose.header.stamp.to_nsec()]
+            self.assertLess(errors(matrix(pose.pose.pose.position, pose.pose.pose.orientation), truth)[0], 0.05)
+
+    def test_kidnapped_it_is_lost_within_a_second_and_finds_itself(self):
+        r = self.recorder
+        begin, transforms = len(r.poses), len(r.transforms)
+        self.robot.kidnap(ELSEWHERE if errors(self.robot.T_map_base, START)[0] < 0.1 else START)
+        jump = rospy.Time.now().to_sec()
+        status = r.wait_for_status(lambda s: s.state in (Status.LOST, Status.RELOCALIZING))
+        self.assertIsNotNone(status, r.history())
+        self.assertLess(status.header.stamp.to_sec() - jump, 1.2)
+        self.assertNotEqual(status.message, '')
+        self.assertTrue(r.wait_for_state(Status.TRACKING, timeout=120.0), r.history())
+        self.assertTrue(r.wait_for_new(r.poses, 3))
+        self.assert_every_pose_was_right(begin)
+        self.assertTrue(r.wait_for_new(r.transforms, 3))
+        self.assertGreater(len(r.transforms), transforms)
+        t = r.transforms[-1].transform
+        self.assertLess(errors(matrix(t.translation, t.rotation), self.robot.T_map_odom)[0], 0.05)
+
+    def test_a_covered_camera_coasts_on_odometry(self):
+        r = self.recorder
+        self.robot.change_points = lambda points, n: np.full_like(points, np.nan)
+        status = r.wait_for_status(lambda s: s.state == Status.DEGRADED)
+        self.assertIsNotNone(status, r.history())
+        self.assertEqual(status.reason, Status.REASON_TOO_FEW_POINTS)
+        self.assertTrue(r.wait_for_new(r.transforms, 10))  # the correction is still in use
+        self.robot.change_points = None
+        self.assertTrue(r.wait_for_state(Status.TRACKING), r.history())
+
+    def test_people_in_front_of_the_map_do_no_harm(self):
+        """30 % of the picture is a moving box 0.8 m before the camera."""
+        def clutter(points, n):
+            width = points.shape[1]
+            left = (3 * n) % (width - int(0.3 * width))
+            box = points[:, left:left + int(0.3 * width)]
+            box *= 0.8 / np.maximum(box[:, :, 2:3], 0.8)
+            return points
+        r = self.recorder
+        self.robot.change_points = clutter
+        begin = len(r.poses)
+        self.assertTrue(r.wait_for_new(r.poses, 30), r.history())
+        for pose in r.poses[begin + 2:]:
+            truth = self.robot.truth[pose.header.stamp.to_nsec()]
+            self.assertLess(errors(matrix(pose.pose.pose.position, pose.pose.pose.orientation), truth)[0], 0.03)
+
+
+if __name__ == '__main__':
+    rospy.init_node('lost_test')
+    rostest.rosrun('ttsdf_localization', 'lost', Lost)

@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+"""The map comes from a topic or from a service that starts much later; nothing blocks meanwhile."""
+
+import os
+import unittest
+
+import rospy
+import rostest
+
+from fake_robot import FakeRobot, Recorder, Status, start_tracking
+from ttsdf_localization.msg import TtSdfMap
+from ttsdf_localization.srv import GetMap, GetMapResponse, LoadMap
+
+
+class MapSources(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.maps = rospy.get_param('~map_dir')
+
+    def message(self, name='room.ttsdf'):
+        message = TtSdfMap()
+        with open(os.path.join(self.maps, name), 'rb') as file:
+            message.data = file.read()
+        return message
+
+    def test_from_a_topic(self):
+        r = Recorder(namespace='topic', child='topic/odom')
+        robot = FakeRobot(prefix='topic/', odom='topic/odom', cloud='topic/cloud').start()
+        self.assertTrue(r.wait_for_state(Status.NO_MAP), r.history())
+        publisher = rospy.Publisher('topic/ttsdf_map', TtSdfMap, queue_size=1, latch=True)
+        bad = self.message()
+        bad.data = bad.data[:500]
+        publisher.publish(bad)
+        self.assertTrue(r.wait_for(lambda: any(s.reason == Status.REASON_NO_MAP and 'wanted' in s.message
+                                               for s in r.statuses)), r.history())
+        publisher.publish(self.message())
+        start_tracking(self, r, robot)
+        robot.stop()
+
+    def test_from_a_service_that_comes_later(self):
+        r = Recorder(namespace='service', child='service/odom')
+        robot = FakeRobot(prefix='service/', odom='service/odom', cloud='service/cloud').start()
+        self.assertTrue(r.wait_for_state(Status.NO_MAP), r.history())
+        # It is alive although it has no map: its own services answer.
+        rospy.wait_for_service('service/localization/load_map', 30.0)
+        self.assertFalse(rospy.ServiceProxy('service/localization/load_map', LoadMap)('/no/file').success)
+        calls = []
+
+        def get_map(_):
+            calls.append(1)
+            if len(calls) == 1:
+                return GetMapResponse(False, 'not built yet', TtSdfMap())
+            return GetMapResponse(True, '', self.message())
+        rospy.Service('service/get_map', GetMap, get_map)
+        start_tracking(self, r, robot)
+        self.assertEqual(len(calls), 2)
+        robot.stop()
+
+
+if __name__ == '__main__':
+    rospy.init_node('map_sources_test')
+    rostest.rosrun('ttsdf_localization', 'map_sources', MapSources)

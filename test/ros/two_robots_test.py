@@ -1,0 +1,43 @@
+#!/usr/bin/env python3
+"""Two localizers in one nodelet manager do not know of each other; one can be unloaded under load."""
+
+import unittest
+
+import rospy
+import rostest
+from nodelet.srv import NodeletList, NodeletUnload
+
+import room
+from fake_robot import FakeRobot, Recorder, errors, matrix, start_tracking
+
+POSES = {'one': room.pose(1.6, 1.2, 0.0, 0.5), 'two': room.pose(3.2, 3.6, 0.0, -1.2)}
+
+
+class TwoRobots(unittest.TestCase):
+    def test_each_has_its_own_pose(self):
+        recorders, robots = {}, {}
+        for name, pose in POSES.items():
+            recorders[name] = Recorder(namespace=name, child=name + '/odom')
+            robots[name] = FakeRobot(prefix=name + '/', odom=name + '/odom', cloud=name + '/cloud', start=pose).start()
+        for name in POSES:
+            start_tracking(self, recorders[name], robots[name])
+        for name in POSES:
+            r = recorders[name]
+            self.assertTrue(r.wait_for_new(r.poses, 3), r.history())
+            self.assertTrue(r.wait_for_new(r.transforms, 3))
+            pose = r.poses[-1].pose.pose
+            self.assertLess(errors(matrix(pose.position, pose.orientation), POSES[name])[0], 0.02)
+
+        # Unloaded in the middle of its work: manager and neighbour live on.
+        unload = rospy.ServiceProxy('/manager/unload_nodelet', NodeletUnload)
+        self.assertTrue(unload('/one/localization').success)
+        two = recorders['two']
+        self.assertTrue(two.wait_for_new(two.poses, 5), two.history())
+        self.assertIn('/two/localization', rospy.ServiceProxy('/manager/list', NodeletList)().nodelets)
+        for robot in robots.values():
+            robot.stop()
+
+
+if __name__ == '__main__':
+    rospy.init_node('two_robots_test')
+    rostest.rosrun('ttsdf_localization', 'two_robots', TwoRobots)
