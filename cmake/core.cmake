@@ -21,6 +21,9 @@ ttsdf_library(ttsdf_core
     src/map/encoding.cpp
     src/map/map_io.cpp
     src/map/map_file.cpp
+    src/map/dense_slabs.cpp
+    src/map/sparse_fit.cpp
+    src/map/compact_map.cpp
     src/geometry/se3.cpp
     src/tensor/dense_tensor.cpp
     src/tensor/tensor_train.cpp

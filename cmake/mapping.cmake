@@ -10,6 +10,7 @@ find_package(TBB CONFIG REQUIRED)
 list(APPEND CMAKE_MODULE_PATH "${TTSDF_OPENVDB_MODULE_DIR}")
 find_package(OpenVDB REQUIRED COMPONENTS openvdb)
 list(REMOVE_ITEM CMAKE_MODULE_PATH "${TTSDF_OPENVDB_MODULE_DIR}")
+find_package(assimp REQUIRED)
 find_library(VIGRAIMPEX_LIBRARY vigraimpex REQUIRED)
 find_path(VIGRA_INCLUDE_DIR vigra/impex.hxx REQUIRED)
 
@@ -42,14 +43,29 @@ ttsdf_library(ttsdf_mapping
     src/mapping/signed_distance.cpp
     src/mapping/hole_filling.cpp
     src/mapping/smooth_unknown.cpp
+    src/mapping/field_grid.cpp
     src/mapping/sampled_field.cpp
     src/mapping/sampled_field_surface.cpp
     src/mapping/sampled_field_baselines.cpp
+    src/mapping/mesh_io.cpp
+    src/mapping/mesh_sides.cpp
+    src/mapping/mesh_sampling.cpp
     # signed field -> compressed map
     src/mapping/build_options.cpp
     src/mapping/build_report.cpp
     src/mapping/field_weights.cpp
     src/mapping/compression.cpp
   PUBLIC ttsdf_core
-  PRIVATE OpenVDB::openvdb TBB::tbb ${VIGRAIMPEX_LIBRARY}
+  PRIVATE OpenVDB::openvdb TBB::tbb assimp::assimp ${VIGRAIMPEX_LIBRARY}
   INCLUDE ${VIGRA_INCLUDE_DIR})
+
+# depth in
+set(TTSDF_VDB_TEST_LIBS ttsdf_mapping OpenVDB::openvdb TBB::tbb)
+ttsdf_unit_test(mapping/frame_folder_test.cpp LIBS ttsdf_mapping ${VIGRAIMPEX_LIBRARY})
+ttsdf_unit_test(mapping/pinhole_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(mapping/depth_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
+ttsdf_unit_test(mapping/block_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
+ttsdf_unit_test(mapping/carving_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
+ttsdf_unit_test(mapping/cloud_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
+ttsdf_unit_test(mapping/vdb_io_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
+ttsdf_unit_test(mapping/real_frames_test.cpp LIBS ttsdf_mapping)

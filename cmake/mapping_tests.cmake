@@ -1,5 +1,6 @@
-# Tests of the mapping layer (test/mapping).
-foreach(test block_fusion carving cloud_fusion compression depth_fusion frame_folder pinhole real_frames sampled_field vdb_io)
-  ttsdf_unit_test(mapping/${test}_test.cpp LIBS ttsdf_mapping OpenVDB::openvdb TBB::tbb ${VIGRAIMPEX_LIBRARY}
-    INCLUDE ${VIGRA_INCLUDE_DIR})
+# Tests of the mapping layer that span several of its parts.
+foreach(test compression sampled_field)
+  if(NOT TARGET mapping_${test}_test)
+    ttsdf_unit_test(mapping/${test}_test.cpp LIBS ttsdf_mapping)
+  endif()
 endforeach()

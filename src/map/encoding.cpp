@@ -133,16 +133,38 @@ static CoreHeader readCoreHeader(ByteReader& in, const Dims& dims) {
   return header;
 }
 
-void writeCores(const TensorTrain& train, const EncodeOptions& options, double default_rms, ByteWriter& out) {
+static QuantizedCores quantizeAs(const TensorTrain& train, const EncodeOptions& options,
+                                 const CoreBudget& budget) {
+  const QuantizedEncoder encoder(train);
+  if (options.target_bytes > 0) {
+    const std::size_t wanted = budget.other_bytes + QuantizedEncoder::kSmallestBytes;
+    if (options.target_bytes < wanted) {
+      throw std::invalid_argument("target_bytes: got " + std::to_string(options.target_bytes) +
+                                  ", wanted at least " + std::to_string(wanted));
+    }
+    return encoder.quantizeToBytes(options.target_bytes - budget.other_bytes);
+  }
+  if (options.quantization_step > 0.0) return encoder.quantize(options.quantization_step);
+  return encoder.quantizeToRms(options.quantization_rms > 0.0 ? options.quantization_rms
+                                                              : budget.default_rms);
+}
+
+void writeCores(const TensorTrain& train, const EncodeOptions& options, const CoreBudget& budget,
+                ByteWriter& out) {
   const CoreHeader header = headerOf(train, options.encoding);
   const std::string wanted = wantedRanks(header);
   if (!wanted.empty()) {
     throw std::invalid_argument("map: got ranks " + ranksText(header) + ", wanted " + wanted +
                                 " (round the train first)");
   }
+  for (const double limit : {options.quantization_rms, options.quantization_step}) {
+    if (!std::isfinite(limit) || limit < 0.0) {
+      throw std::invalid_argument("quantization: got " + std::to_string(limit) +
+                                  " m, wanted a finite number >= 0");
+    }
+  }
   if (options.encoding == Encoding::kQuantized) {
-    const double rms = options.quantization_rms > 0.0 ? options.quantization_rms : default_rms;
-    writeQuantized(QuantizedEncoder(train).quantizeToRms(rms), out);
+    writeQuantized(quantizeAs(train, options, budget), out);
     return;
   }
   writeCoreHeader(header, out);

@@ -6,8 +6,15 @@
 
 namespace ttsdf {
 
-/// `quantization_rms` of the options decides for kQuantized; target_bytes is not looked at here.
-void writeCores(const TensorTrain& train, const EncodeOptions& options, double default_rms, ByteWriter& out);
+/// What the rest of the map says about the cores.
+struct CoreBudget {
+  double default_rms;       ///< [m], for options that name none
+  std::size_t other_bytes;  ///< of the file without its cores
+};
+
+/// Throws std::invalid_argument for what serialize's documentation lists.
+void writeCores(const TensorTrain& train, const EncodeOptions& options, const CoreBudget& budget,
+                ByteWriter& out);
 
 /// The train of a grid of `dims` voxels. Throws MapFormatError before it allocates anything that the checked
 /// sizes do not justify.

@@ -55,10 +55,15 @@ std::vector<std::uint8_t> serialize(const TtSdfMap& map, const EncodeOptions& op
     sections.push_back(
         makeSection(kMetadataSection, 0, [&](ByteWriter& out) { writeMetadata(map.metadata, out); }));
   }
-  sections.push_back(makeSection(kCoreSection, kRequiredFlag, [&](ByteWriter& out) {
-    writeCores(map.train, options, 0.1 * map.geometry.voxel_size, out);
-  }));
+  sections.push_back({kCoreSection, kRequiredFlag, {}});
+  const CoreBudget budget{0.1 * map.geometry.voxel_size, writeContainer(sections).size()};
+  sections.back() = makeSection(kCoreSection, kRequiredFlag,
+                                [&](ByteWriter& out) { writeCores(map.train, options, budget, out); });
   return writeContainer(sections);
+}
+
+std::size_t encodedSize(const TtSdfMap& map, const EncodeOptions& options) {
+  return serialize(map, options).size();
 }
 
 TtSdfMap deserialize(const std::uint8_t* data, std::size_t size) {

@@ -194,7 +194,13 @@ MatrixXf refitMatrix(const MatrixXf& decoded, const MatrixXf& basis) {
 
 }  // namespace
 
-QuantizedEncoder::QuantizedEncoder(const TensorTrain& train) : gauge_(toGauge(train)) {
+QuantizedEncoder::QuantizedEncoder(const TensorTrain& train) : gauge_(orthonormalGauge(train)) {
+  // A train fitted to be sparse (fitSparse) is best left as it is; any other gains by being turned.
+  TrainGauge turned = principalGauge(gauge_);
+  const auto bits = [](const TrainGauge& gauge) {
+    return rowsToFrequencies(gauge.M).cast<double>().cwiseAbs().sum();
+  };
+  if (bits(turned) < bits(gauge_)) gauge_ = std::move(turned);
   entries_ = static_cast<double>(gauge_.U.rows()) * static_cast<double>(gauge_.M.cols()) *
              static_cast<double>(gauge_.V.rows());
 }
@@ -282,6 +288,39 @@ QuantizedCores QuantizedEncoder::quantizeToRms(double rms) const {
     error = errorRms(cores);
   }
   return cores;
+}
+
+QuantizedCores QuantizedEncoder::quantizeToBytes(std::size_t bytes) const {
+  const auto sizeOf = [](const QuantizedCores& cores) {
+    ByteWriter out;
+    writeQuantized(cores, out);
+    return out.size();
+  };
+  // Steps that give too much and little enough; the size falls about as step^-1.1.
+  double fine = 0.0,
+         step = stepForRms(1e-3 * std::sqrt(gauge_.M.cast<double>().squaredNorm() / entries_) + 1e-30);
+  QuantizedCores best;
+  double best_step = 0.0;
+  for (int n = 0; n < 40; ++n) {
+    QuantizedCores cores = quantize(step);
+    const std::size_t size = sizeOf(cores);
+    const double ratio = static_cast<double>(size) / static_cast<double>(bytes);
+    if (size <= bytes) {
+      best = std::move(cores);
+      best_step = step;
+      if (ratio > 0.985) break;
+    } else {
+      fine = step;
+    }
+    const bool bracketed = fine > 0.0 && best_step > 0.0;
+    if (bracketed && best_step < 1.003 * fine) break;
+    if (best_step > 0.0 && fine == 0.0 && n > 8) break;  // everything fits, however fine
+    step *= std::clamp(std::pow(ratio * 1.005, 0.9), 0.1, 10.0);
+    if (bracketed && (step <= fine || step >= best_step)) step = std::sqrt(fine * best_step);
+  }
+  if (best_step == 0.0)
+    throw std::runtime_error("quantisation: no step gives " + std::to_string(bytes) + " bytes");
+  return best;
 }
 
 void writeQuantized(const QuantizedCores& cores, ByteWriter& out) {

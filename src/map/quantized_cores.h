@@ -24,10 +24,15 @@ struct QuantizedCores {
 
 class QuantizedEncoder {
  public:
+  /// A section in which everything is zero is smaller than this, whatever the train.
+  static constexpr std::size_t kSmallestBytes = 512;
+
   explicit QuantizedEncoder(const TensorTrain& train);
 
   /// Quantisation error at most `rms` [m] over the full array (checked on the result).
   QuantizedCores quantizeToRms(double rms) const;
+  /// The finest quantisation found whose section has at most `bytes` (>= kSmallestBytes).
+  QuantizedCores quantizeToBytes(std::size_t bytes) const;
   QuantizedCores quantize(double step) const;
   /// rms over the full array of what quantisation changes [m]; exact.
   double errorRms(const QuantizedCores& cores) const;

@@ -54,24 +54,22 @@ MatrixXd sliceGram(const MatrixXf& M, Index rank1, bool last) {
 
 }  // namespace
 
-TrainGauge toGauge(const TensorTrain& train) {
+TrainGauge orthonormalGauge(const TensorTrain& train) {
   const ThinQr left = thinQr(train.first().cast<double>());
   const ThinQr right = thinQr(train.last().transpose().cast<double>());
   const Index n2 = train.modeSizes()[1], inner = train.rank1() * static_cast<Index>(train.rank2());
-  TrainGauge gauge;
-  gauge.axes = train.axes();
-  gauge.M.resize(inner, n2);
-  for (Index j = 0; j < n2; ++j) {
-    Eigen::Map<MatrixXf>(gauge.M.col(j).data(), train.rank1(), train.rank2()) =
-        train.slice(static_cast<int>(j));
-  }
-  gauge.M = changeBasis(left.R.cast<float>(), gauge.M, right.R.cast<float>());
-  const MatrixXd P = principalDirections(sliceGram(gauge.M, left.Q.cols(), false));
-  const MatrixXd Q = principalDirections(sliceGram(gauge.M, left.Q.cols(), true));
-  gauge.M = changeBasis(P.transpose().cast<float>(), gauge.M, Q.transpose().cast<float>());
-  gauge.U = (left.Q * P).cast<float>();
-  gauge.V = (right.Q * Q).cast<float>();
-  return gauge;
+  // The cores of a train are one block of memory per slice already.
+  const MatrixXf slices = Eigen::Map<const MatrixXf>(train.middle().data(), inner, n2);
+  return {train.axes(), left.Q.cast<float>(),
+          changeBasis(left.R.cast<float>(), slices, right.R.cast<float>()), right.Q.cast<float>()};
+}
+
+TrainGauge principalGauge(const TrainGauge& gauge) {
+  const MatrixXd P = principalDirections(sliceGram(gauge.M, gauge.rank1(), false));
+  const MatrixXd Q = principalDirections(sliceGram(gauge.M, gauge.rank1(), true));
+  return {gauge.axes, (gauge.U.cast<double>() * P).cast<float>(),
+          changeBasis(P.transpose().cast<float>(), gauge.M, Q.transpose().cast<float>()),
+          (gauge.V.cast<double>() * Q).cast<float>()};
 }
 
 Eigen::VectorXd sliceNorms1(const MatrixXf& M, int rank1) {

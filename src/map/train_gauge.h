@@ -18,8 +18,12 @@ struct TrainGauge {
   int rank2() const { return static_cast<int>(V.cols()); }
 };
 
-/// Components that carry nothing (below 1e-7 of the largest) are dropped; at least one stays.
-TrainGauge toGauge(const TensorTrain& train);
+/// Orthonormal U and V, else as near to the given cores as can be.
+TrainGauge orthonormalGauge(const TensorTrain& train);
+
+/// Turns U and V so that the slices of M are orthogonal and sorted, strongest first: most of M in few
+/// numbers. Components that carry nothing (below 1e-7 of the largest) are dropped; at least one stays.
+TrainGauge principalGauge(const TrainGauge& gauge);
 
 /// Euclidean norms of M's slices M(a, :, :) and M(:, :, b).
 Eigen::VectorXd sliceNorms1(const Eigen::MatrixXf& M, int rank1);

@@ -1,5 +1,7 @@
 #include "depth_fusion.h"
 
+#include <cmath>
+
 #include "block_update.h"
 #include "depth_pyramid.h"
 #include "surface_pixels.h"
@@ -8,6 +10,11 @@
 namespace ttsdf {
 
 namespace {
+
+/// The surface must go on at the foot of a voxel behind it, within a voxel and the noise of depth, which
+/// grows with its square.
+constexpr float kFootNoise = 0.0025F;   // [1/m]
+constexpr float kFootMinCosine = 0.5F;  // between the normals
 
 /// Looks voxels up in the image, in single precision relative to the camera.
 class VoxelObserver {
@@ -38,24 +45,44 @@ class VoxelObserver {
   }
 
  private:
-  void observeVoxel(const Eigen::Vector3f& p, openvdb::Index n, BlockObservation& observation) const {
-    if (!(p.z() >= near_)) return;
+  /// The pixel a point of the camera frame falls on; none if it is outside of the view.
+  const SurfacePixel* pixelOf(const Eigen::Vector3f& p) const {
+    if (!(p.z() >= near_)) return nullptr;
     const float u = fx_ * p.x() / p.z() + cx_,
                 v = fy_ * p.y() / p.z() + cy_;  // rounded to the nearest by truncation
-    if (!(u >= 0.0F && v >= 0.0F && u < static_cast<float>(pixels_.width) &&
-          v < static_cast<float>(pixels_.height))) {
-      return;
-    }
-    const SurfacePixel& pixel = pixels_.at(static_cast<int>(u), static_cast<int>(v));
-    if (p.z() <= pixel.free_depth) {
+    const bool inside = u >= 0.0F && v >= 0.0F && u < static_cast<float>(pixels_.width) &&
+                        v < static_cast<float>(pixels_.height);
+    return inside ? &pixels_.at(static_cast<int>(u), static_cast<int>(v)) : nullptr;
+  }
+
+  static float planeDistance(const SurfacePixel& pixel, const Eigen::Vector3f& p) {
+    return pixel.offset - (pixel.nx * p.x() + pixel.ny * p.y() + pixel.nz * p.z());
+  }
+
+  /// Whether the surface was seen at the foot of a point behind it. A ray that meets a box near its edge
+  /// leaves it through the other side: the air there lies behind the plane, but there is no surface above it.
+  bool hasFoot(const SurfacePixel& pixel, const Eigen::Vector3f& p, float distance) const {
+    const Eigen::Vector3f foot = p + distance * Eigen::Vector3f(pixel.nx, pixel.ny, pixel.nz);
+    const SurfacePixel* seen = pixelOf(foot);
+    if (!seen || !(seen->band_end > 0.0F)) return false;
+    const float cosine = seen->nx * pixel.nx + seen->ny * pixel.ny + seen->nz * pixel.nz;
+    return cosine >= kFootMinCosine &&
+           std::abs(planeDistance(*seen, foot)) <= voxel_size_ + kFootNoise * foot.z() * foot.z();
+  }
+
+  void observeVoxel(const Eigen::Vector3f& p, openvdb::Index n, BlockObservation& observation) const {
+    const SurfacePixel* pixel = pixelOf(p);
+    if (!pixel) return;
+    if (p.z() <= pixel->free_depth) {
       observation.free.setOn(n);
       return;
     }
-    if (!(p.z() <= pixel.band_end)) return;
-    const float distance = pixel.offset - (pixel.nx * p.x() + pixel.ny * p.y() + pixel.nz * p.z());
+    if (!(p.z() <= pixel->band_end)) return;
+    const float distance = planeDistance(*pixel, p);
     if (!(distance >= -truncation_ && distance <= truncation_)) return;
+    if (distance < 0.0F && !hasFoot(*pixel, p, distance)) return;
     observation.distance[n] = distance;
-    observation.weight[n] = pixel.weight * bandWeight(distance, voxel_size_, truncation_);
+    observation.weight[n] = pixel->weight * bandWeight(distance, voxel_size_, truncation_);
     observation.has_band = true;
   }
 

@@ -4,6 +4,7 @@
 #include <vigra/multi_array.hxx>
 #include <vigra/multi_distance.hxx>
 
+#include "field_grid.h"
 #include "parallel.h"
 #include "ttsdf_localization/mapping/sampled_field_methods.h"
 #include "ttsdf_localization/mapping/signed_distance.h"
@@ -64,12 +65,6 @@ SampledField emptyField(const GridGeometry& geometry) {
   field.values = DenseTensor(geometry.dims);
   field.known.assign(field.values.size(), 0);
   return field;
-}
-
-float clampedTo(const BuildOptions& options, float metres) {
-  if (options.clamp_negative > 0.0) metres = std::max(metres, -static_cast<float>(options.clamp_negative));
-  if (options.clamp_positive > 0.0) metres = std::min(metres, static_cast<float>(options.clamp_positive));
-  return metres;
 }
 
 }  // namespace

@@ -12,28 +12,30 @@ namespace ttsdf {
 
 namespace {
 
-constexpr int kReach = 2;  // half width of the window [pixel]
-constexpr int kTaps = (2 * kReach + 1) * (2 * kReach + 1);
+constexpr int kMaxReach = 2;  // half width of the window [pixel]
+/// Windows are at most about a voxel wide at this depth: wider ones would round creases that the volume can
+/// show.
+constexpr double kWindowDepth = 2.0;  // [m]
 /// Neighbours lie on the same surface if their depth differs by no more than the slope of a surface seen at
 /// kMaxSlope = tan(82 deg) plus noise. The noise is a constant of inverse depth: 0.005 / m is 3 sigma of a
 /// Kinect.
 constexpr float kMaxSlope = 7.0F;
 constexpr float kNoiseInverseDepth = 0.005F;
-/// A pixel at a straight depth edge has 14 of 24 neighbours on its own surface, one further in 19, others 24.
+/// A pixel at a straight depth edge has about 0.6 of its neighbours on its own surface, inner ones have all.
 constexpr float kEdgeShareNone = 0.5F, kEdgeShareFull = 0.9F;
 constexpr float kMinCosine = 0.17F;         // 80 deg: beyond, depth is noise
 constexpr float kFreeMinCosine = 0.1F;      // bounds the gap left in front of grazing surfaces
-constexpr float kFreeNoPlaneMargin = 4.0F;  // gap in truncations in front of readings without a plane
+constexpr float kFreeNoPlaneMargin = 2.0F;  // gap in truncations in front of readings without a plane
 constexpr float kMaxBehind =
     2.0F;  // how far the band may reach behind the surface along the ray [truncations]
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// Inverse depth with a border of zeros (no reading) of kReach pixels.
+/// Inverse depth with a border of zeros (no reading) of kMaxReach pixels.
 class InverseDepth {
  public:
   InverseDepth(const DepthImage& image, double min_depth)
-      : stride_(static_cast<std::size_t>(image.width + 2 * kReach)),
-        values_(stride_ * static_cast<std::size_t>(image.height + 2 * kReach), 0.0F) {
+      : stride_(static_cast<std::size_t>(image.width + 2 * kMaxReach)),
+        values_(stride_ * static_cast<std::size_t>(image.height + 2 * kMaxReach), 0.0F) {
     const auto nearest = static_cast<float>(min_depth);
     tbb::parallel_for(tbb::blocked_range<int>(0, image.height), [&](const tbb::blocked_range<int>& rows) {
       for (int v = rows.begin(); v != rows.end(); ++v) {
@@ -46,7 +48,7 @@ class InverseDepth {
       }
     });
   }
-  float* row(int v) { return values_.data() + static_cast<std::size_t>(v + kReach) * stride_ + kReach; }
+  float* row(int v) { return values_.data() + static_cast<std::size_t>(v + kMaxReach) * stride_ + kMaxReach; }
   const float* row(int v) const { return const_cast<InverseDepth*>(this)->row(v); }
 
  private:
@@ -110,8 +112,11 @@ Slope solve(const RowSums& s, std::size_t u) {
 /// Turns fits into pixels for one image; free depths are per pixel still.
 class PixelMaker {
  public:
-  PixelMaker(const CameraIntrinsics& k, const FusionOptions& options)
-      : fx_(static_cast<float>(k.fx)),
+  PixelMaker(const CameraIntrinsics& k, const FusionOptions& options, int reach)
+      : reach_(reach),
+        width_(k.width),
+        height_(k.height),
+        fx_(static_cast<float>(k.fx)),
         fy_(static_cast<float>(k.fy)),
         cx_(static_cast<float>(k.cx)),
         cy_(static_cast<float>(k.cy)),
@@ -126,7 +131,7 @@ class PixelMaker {
     if (depth > max_depth_) return pixel;
     const auto column = static_cast<std::size_t>(u);
     const Slope slope = solve(sums, column);
-    const float share = (sums.n[column] - 1.0F) / static_cast<float>(kTaps - 1);
+    const float share = (sums.n[column] - 1.0F) / static_cast<float>(span(u, width_) * span(v, height_) - 1);
     const float edge = std::clamp((share - kEdgeShareNone) / (kEdgeShareFull - kEdgeShareNone), 0.0F, 1.0F);
     if (!slope.good || edge <= 0.0F) return pixel;
     setPlane(static_cast<float>(u) - cx_, static_cast<float>(v) - cy_, inverse_depth + slope.value, slope,
@@ -135,6 +140,11 @@ class PixelMaker {
   }
 
  private:
+  /// Pixels of the window along one axis that lie inside the image.
+  int span(int pixel, int extent) const {
+    return std::min(pixel, reach_) + 1 + std::min(extent - 1 - pixel, reach_);
+  }
+
   /// The plane is m . p = 1, because 1 / z = m . (p / z) is linear in the pixel.
   void setPlane(float du, float dv, float inverse_depth, const Slope& slope, float edge,
                 SurfacePixel& pixel) const {
@@ -152,11 +162,12 @@ class PixelMaker {
     pixel.band_end = depth + truncation_ / ray * std::min(1.0F / cosine, kMaxBehind);
   }
 
+  int reach_, width_, height_;
   float fx_, fy_, cx_, cy_, truncation_, max_depth_;
 };
 
 /// Replaces each known free depth by the least of the window.
-void erodeFreeDepth(SurfacePixels& image) {
+void erodeFreeDepth(SurfacePixels& image, int reach) {
   const int width = image.width;
   const auto index = [width](int u, int v) {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
@@ -167,7 +178,7 @@ void erodeFreeDepth(SurfacePixels& image) {
     for (int v = rows.begin(); v != rows.end(); ++v) {
       for (int u = 0; u < width; ++u) {
         float least = kInfinity;
-        for (int x = std::max(u - kReach, 0); x <= std::min(u + kReach, width - 1); ++x) {
+        for (int x = std::max(u - reach, 0); x <= std::min(u + reach, width - 1); ++x) {
           const float depth = image.pixels[index(x, v)].free_depth;
           if (depth != 0.0F) least = std::min(least, depth);
         }
@@ -181,7 +192,7 @@ void erodeFreeDepth(SurfacePixels& image) {
         float& depth = image.pixels[index(u, v)].free_depth;
         if (depth == 0.0F) continue;
         float least = kInfinity;
-        for (int y = std::max(v - kReach, 0); y <= std::min(v + kReach, image.height - 1); ++y) {
+        for (int y = std::max(v - reach, 0); y <= std::min(v + reach, image.height - 1); ++y) {
           least = std::min(least, along_row[index(u, y)]);
         }
         depth = std::max(least, 0.0F);
@@ -198,15 +209,17 @@ SurfacePixels surfacePixels(const DepthImage& image, const CameraIntrinsics& int
   result.width = image.width, result.height = image.height;
   result.pixels.resize(image.depth.size());
   const InverseDepth inverse(image, options.min_depth);
-  const PixelMaker maker(intrinsics, options);
-  const auto slope =
-      static_cast<float>(kMaxSlope / std::min(std::abs(intrinsics.fx), std::abs(intrinsics.fy)));
+  const double focal = std::min(std::abs(intrinsics.fx), std::abs(intrinsics.fy));
+  const double window = std::min(0.5 * options.voxel_size * focal / kWindowDepth, 1.0 * kMaxReach);
+  const int reach = std::max(static_cast<int>(window), 1);
+  const PixelMaker maker(intrinsics, options, reach);
+  const auto slope = static_cast<float>(kMaxSlope / focal);
   tbb::parallel_for(tbb::blocked_range<int>(0, image.height, 8), [&](const tbb::blocked_range<int>& rows) {
     RowSums sums(image.width);
     for (int v = rows.begin(); v != rows.end(); ++v) {
       sums.clear();
-      for (int dy = -kReach; dy <= kReach; ++dy) {
-        for (int dx = -kReach; dx <= kReach; ++dx) {
+      for (int dy = -reach; dy <= reach; ++dy) {
+        for (int dx = -reach; dx <= reach; ++dx) {
           addTap(inverse.row(v), inverse.row(v + dy) + dx, image.width, dx, dy, slope, sums);
         }
       }
@@ -215,7 +228,7 @@ SurfacePixels surfacePixels(const DepthImage& image, const CameraIntrinsics& int
       for (int u = 0; u < image.width; ++u) out[u] = maker.make(u, v, inverse.row(v)[u], sums);
     }
   });
-  if (options.carve) erodeFreeDepth(result);
+  if (options.carve) erodeFreeDepth(result, reach);
   return result;
 }
 

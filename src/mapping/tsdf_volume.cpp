@@ -1,7 +1,9 @@
 #include "ttsdf_localization/mapping/tsdf_volume.h"
 
+#include <tbb/info.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <stdexcept>
@@ -44,6 +46,11 @@ void checkPose(const Eigen::Isometry3d& pose, const FusionOptions& options) {
     throw std::invalid_argument("pose of a scan: got a translation of " + toString(distance) +
                                 " m, wanted up to " + toString(limit) + " m");
   }
+}
+
+/// TBB prints a warning when asked for more threads than it has.
+int concurrency(const FusionOptions& options) {
+  return std::min(options.threads, tbb::info::default_concurrency());
 }
 
 TsdfVolume::Grids emptyGrids(const FusionOptions& options) {
@@ -100,14 +107,14 @@ void TsdfVolume::integrate(const DepthImage& image, const CameraIntrinsics& intr
                            const Eigen::Isometry3d& T_map_camera) {
   checkFits(image, intrinsics);
   checkPose(T_map_camera, options_);
-  tbb::task_arena arena(options_.threads);
+  tbb::task_arena arena(concurrency(options_));
   arena.execute([&] { fuseDepthImage(*grids_, options_, image, intrinsics, T_map_camera); });
   ++grids_->frame_count;
 }
 
 void TsdfVolume::integrate(const Eigen::Matrix3Xf& points, const Eigen::Isometry3d& T_map_sensor) {
   checkPose(T_map_sensor, options_);
-  tbb::task_arena arena(options_.threads);
+  tbb::task_arena arena(concurrency(options_));
   arena.execute([&] { fuseCloud(*grids_, options_, points, T_map_sensor); });
   ++grids_->frame_count;
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "block_update.h"
 
@@ -65,9 +64,9 @@ void markOutsideFree(TsdfVolume::Grids& grids) {
 }
 
 /// Trilinear interpolation that knows which samples are known.
-class ShellSampler {
+class KnownSampler {
  public:
-  explicit ShellSampler(const openvdb::FloatGrid& grid)
+  explicit KnownSampler(const openvdb::FloatGrid& grid)
       : transform_(grid.transform()), accessor_(grid.getConstAccessor()) {}
 
   /// False if a sample it needs is not active.
@@ -103,6 +102,18 @@ class ShellSampler {
   openvdb::FloatGrid::ConstAccessor accessor_;
 };
 
+/// The rebuilt band is exact to a few percent of a voxel at the surface and to half a voxel at its ends;
+/// where the source has all samples, interpolation between them is better.
+void refineBand(const openvdb::FloatGrid& source, float truncation, TsdfVolume::Grids& grids) {
+  const KnownSampler sampler(source);
+  for (auto voxel = grids.tsdf->beginValueOn(); voxel; ++voxel) {
+    float value = 0.0F;
+    if (sampler.sample(grids.tsdf->indexToWorld(voxel.getCoord()), &value) && std::abs(value) < truncation) {
+      voxel.setValue(value);
+    }
+  }
+}
+
 /// Blocks of the volume's lattice that active values of the source reach.
 openvdb::MaskTree touchedBlocks(const openvdb::FloatGrid& source, const openvdb::math::Transform& lattice) {
   openvdb::MaskTree blocks(false);
@@ -128,7 +139,7 @@ VdbSurface classifySurface(const openvdb::FloatGrid& grid) {
   bool negative = false, open = false;
   const auto accessor = grid.getConstAccessor();
   for (auto it = grid.cbeginValueOn(); it; ++it) {
-    if (std::isnan(*it)) throw std::runtime_error("got NaN values, wanted signed distances");
+    if (std::isnan(*it)) return VdbSurface::kBroken;
     if (*it >= 0.0F) continue;
     negative = true;
     open = open || touchesInactiveOutside(accessor, it.getCoord());
@@ -145,6 +156,7 @@ void importClosed(const openvdb::FloatGrid& source, const FusionOptions& options
   } else {
     const auto half_width = static_cast<float>(options.truncation / options.voxel_size);
     copyLevelSet(*openvdb::tools::levelSetRebuild(source, 0.0F, half_width, &lattice), truncation, grids);
+    refineBand(source, truncation, grids);
   }
   weighActiveVoxels(grids);
   markOutsideFree(grids);
@@ -155,7 +167,7 @@ void importOpen(const openvdb::FloatGrid& source, const FusionOptions& options, 
   const float band_end = truncation * (1.0F - 1e-5F);
   openvdb::FloatGrid flat(source);  // active tiles (free space of others) as voxels
   flat.tree().voxelizeActiveTiles();
-  const ShellSampler sampler(flat);
+  const KnownSampler sampler(flat);
   const openvdb::MaskTree blocks = touchedBlocks(flat, grids.tsdf->transform());
   auto tsdf = grids.tsdf->getAccessor();
   auto free = grids.free->getAccessor();

@@ -7,11 +7,11 @@ namespace ttsdf {
 
 /// What a foreign grid of signed distances is.
 enum class VdbSurface {
+  kBroken,  ///< holds NaN
   kNone,    ///< no negative value: no surface
   kClosed,  ///< a narrow-band level set: inside and outside are known everywhere
   kOpen,    ///< a fused shell: what is not active is unknown
 };
-/// Throws std::runtime_error for NaN values.
 VdbSurface classifySurface(const openvdb::FloatGrid& grid);
 
 /// Fills empty grids from a closed level set; the distances are rebuilt from its surface unless its lattice

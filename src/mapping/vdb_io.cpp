@@ -96,6 +96,7 @@ void checkForeign(const openvdb::FloatGrid& grid, const std::string& path) {
 TsdfVolume import(const openvdb::FloatGrid& grid, FusionOptions options, const std::string& path) {
   checkForeign(grid, path);
   const VdbSurface surface = classifySurface(grid);
+  if (surface == VdbSurface::kBroken) fail(path, "got NaN values, wanted signed distances");
   if (surface == VdbSurface::kNone)
     fail(path, "got no negative distance, wanted a signed one with a surface");
   if (surface == VdbSurface::kOpen) {
@@ -108,7 +109,7 @@ TsdfVolume import(const openvdb::FloatGrid& grid, FusionOptions options, const s
   TsdfVolume volume(options);
   surface == VdbSurface::kClosed ? importClosed(grid, options, volume.grids())
                                  : importOpen(grid, options, volume.grids());
-  if (volume.empty()) {
+  if (classifySurface(*volume.grids().tsdf) == VdbSurface::kNone) {
     fail(path, "got no surface that voxels of " + std::to_string(options.voxel_size) + " m can show");
   }
   return volume;

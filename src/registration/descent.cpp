@@ -71,7 +71,7 @@ std::vector<Candidate> bestDistinct(std::vector<Candidate> candidates, std::size
                    [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
   std::vector<Candidate> kept;
   for (const Candidate& candidate : candidates) {
-    if (kept.size() >= count) break;
+    if (kept.size() >= count || candidate.score >= 1.0) break;  // 1: never reached, or explains nothing
     const bool seen = std::any_of(kept.begin(), kept.end(), [&](const Candidate& k) {
       const PoseError e = poseError(k.T_map_sensor, candidate.T_map_sensor);
       return e.translation < distance && e.rotation < angle;

@@ -30,7 +30,8 @@ std::vector<Candidate> descendAll(const DistanceField& field, const ScanBuffer& 
                                   const std::vector<Eigen::Isometry3d>& starts, const DescentOptions& options,
                                   const std::function<bool(std::size_t)>& keep_going = {});
 
-/// The best `count` candidates by score, none within `distance` [m] and `angle` [rad] of a better one.
+/// The best `count` candidates by score, none within `distance` [m] and `angle` [rad] of a better one, and
+/// none that explains nothing (score 1).
 std::vector<Candidate> bestDistinct(std::vector<Candidate> candidates, std::size_t count, double distance,
                                     double angle);
 

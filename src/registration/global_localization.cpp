@@ -104,10 +104,14 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
        ++n) {
     refined.push_back(registration.polish(points, candidates[n].T_map_sensor));
   }
-  for (const auto& r : refined) {
-    if (r.score < best.score) best = r;
+  best.points = scan.size();
+  best.reason = TerminationReason::kLowScore;  // if no start came through in time
+  if (!refined.empty()) {
+    const auto& first = *std::min_element(
+        refined.begin(), refined.end(),
+        [](const RegistrationResult& a, const RegistrationResult& b) { return a.score < b.score; });
+    best = registration.align(points, first.T_map_sensor);
   }
-  if (!refined.empty()) best = registration.align(points, best.T_map_sensor);
   for (const auto& r : refined) {
     const PoseError e = poseError(best.T_map_sensor, r.T_map_sensor);
     if ((e.translation > kSamePlace || e.rotation > kSameAngle) && r.score < best.runner_up_score) {

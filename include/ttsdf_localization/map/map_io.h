@@ -1,6 +1,6 @@
 #pragma once
-// The map file: magic, version, sections with sizes and checksums (doc/map_format.md). The same bytes travel in the
-// ROS message, so a service reply is checked exactly as a file is.
+// The map file: magic, version, sections with sizes and checksums (doc/map_format.md). The same bytes travel
+// in the ROS message, so a service reply is checked exactly as a file is.
 
 #include <cstdint>
 #include <stdexcept>
@@ -19,18 +19,29 @@ class MapFormatError : public std::runtime_error {
 
 enum class Encoding : std::uint8_t { kFloat32 = 0, kFloat16 = 1, kQuantized = 2 };
 
-const char* name(Encoding encoding);              ///< "float32" | "float16" | "quantized"
-Encoding encodingFromName(const std::string&);    ///< throws std::invalid_argument
+const char* name(Encoding encoding);            ///< "float32" | "float16" | "quantized"
+Encoding encodingFromName(const std::string&);  ///< throws std::invalid_argument
 
+/// How the cores are written. kQuantized takes its coarseness from the first of target_bytes,
+/// quantization_step and quantization_rms that is not 0; the other encodings look at none of them.
 struct EncodeOptions {
   Encoding encoding = Encoding::kFloat32;
-  /// kQuantized only: error budget as rms of the quantisation of the full array [m]; 0: a default well below the error of the ranks.
+  /// Error budget as rms of the quantisation over the full array [m]; kept, and checked on the result. 0: a
+  /// tenth of a voxel, well below what ranks up to 100 leave.
   double quantization_rms = 0.0;
+  /// Step of the middle core's coefficients [m]; for trains that were fitted for it (compactMap).
+  double quantization_step = 0.0;
+  /// The finest quantisation whose whole file has at most so many bytes.
+  std::size_t target_bytes = 0;
 };
 
-/// Throws std::invalid_argument if check(map) fails.
+/// Throws std::invalid_argument if check(map) fails, for ranks above what the mode sizes allow (round the
+/// train first), for text that is no UTF-8, for entries that float16 cannot hold and for a target_bytes out
+/// of reach.
 std::vector<std::uint8_t> serialize(const TtSdfMap& map, const EncodeOptions& options = {});
-/// Throws MapFormatError; never allocates more than the checked header allows.
+/// Bytes of the file that serialize would make. Exact, and as expensive.
+std::size_t encodedSize(const TtSdfMap& map, const EncodeOptions& options);
+/// Throws MapFormatError; never allocates more than what the checked sizes justify (at most 256 MB of cores).
 TtSdfMap deserialize(const std::uint8_t* data, std::size_t size);
 
 struct MapFileInfo {
@@ -41,7 +52,8 @@ struct MapFileInfo {
 
 MapFileInfo fileInfo(const std::uint8_t* data, std::size_t size);  ///< throws MapFormatError
 
-/// Writes to a temporary neighbour and renames: an interrupted save leaves the old file. Throws std::runtime_error.
+/// Writes to a temporary neighbour and renames: an interrupted save leaves the old file. Throws
+/// std::runtime_error.
 void saveMap(const TtSdfMap& map, const std::string& path, const EncodeOptions& options = {});
 /// Throws std::runtime_error (cannot read) or MapFormatError.
 TtSdfMap loadMap(const std::string& path);

@@ -17,16 +17,17 @@ namespace ttsdf {
 
 enum class FieldKind : std::uint8_t { kSdf = 0, kTsdf = 1 };
 
-const char* name(FieldKind kind);                  ///< "sdf" | "tsdf"
-FieldKind fieldKindFromName(const std::string&);   ///< throws std::invalid_argument
+const char* name(FieldKind kind);                 ///< "sdf" | "tsdf"
+FieldKind fieldKindFromName(const std::string&);  ///< throws std::invalid_argument
 
 struct TtSdfMap {
   TensorTrain train;
   GridGeometry geometry;
-  SupportMask mask;                 ///< empty: everything is supported
+  SupportMask mask;  ///< empty: everything is supported
   FieldKind kind = FieldKind::kSdf;
-  double truncation = 0.0;          ///< fusion's truncation distance [m]
-  double clamp_negative = 0.0;      ///< values were clamped to [-clamp_negative, clamp_positive] [m]; 0: not clamped
+  double truncation = 0.0;  ///< fusion's truncation distance [m]
+  double clamp_negative =
+      0.0;  ///< values were clamped to [-clamp_negative, clamp_positive] [m]; 0: not clamped
   double clamp_positive = 0.0;
   std::string frame_id = "map";
   std::map<std::string, std::string> metadata;  ///< build report and whatever the builder wants to tell

@@ -7,14 +7,8 @@
 
 namespace ttsdf {
 
-constexpr int kMaskCellVoxels = 4;
-constexpr int kMinSurfacePiece =
-    50;  ///< smaller pieces of observed surface are noise [vertices, one per crossed cell]
-
-/// Samples from bounds - margin to bounds + margin along the axes of `R_map_grid`; without a turn they
-/// coincide with the samples voxel_size * integer of the map frame.
-GridGeometry gridAround(const Eigen::Matrix3Xf& points_map, const Eigen::Matrix3d& R_map_grid,
-                        double voxel_size, double margin);
+/// Smaller pieces of observed surface are noise [vertices, one per crossed cell].
+constexpr int kMinSurfacePiece = 50;
 
 /// Signed distance to the observed surface. Throws std::runtime_error if nothing was observed.
 SampledField sampleSurfaceDistance(const ObservedGrid& observed, const BuildOptions& options,

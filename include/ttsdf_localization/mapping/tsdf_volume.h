@@ -3,7 +3,7 @@
 // Sample (i, j, k) sits at voxel_size * (i, j, k) of the map frame, and the grids' transforms say the same.
 //
 // Memory: 4.3 kB per 8^3 block that holds surface band, up to 0.1 kB per block that is partly free, 8 bytes
-// per block that is wholly free. A room at 2 cm takes 20 to 60 MB. Time: grows with the image and with the
+// per block that is wholly free. A room at 2 cm takes 15 to 50 MB. Time: grows with the image and with the
 // surface it shows, not with the free space in front of it.
 
 #include <Eigen/Geometry>

@@ -1,0 +1,31 @@
+#pragma once
+// The grid that a signed field is sampled on, and what all ways of sampling share.
+
+#include "ttsdf_localization/field/grid_geometry.h"
+#include "ttsdf_localization/mapping/map_builder.h"
+#include "ttsdf_localization/mapping/observed_surface.h"
+
+namespace ttsdf {
+
+constexpr int kMaskCellVoxels = 4;
+
+/// Columns: the grid's axes in the map frame. Along the dominant planes if `align` and there are any, else
+/// the map's.
+Eigen::Matrix3d gridRotation(const ObservedSurface& surface, bool align);
+
+/// Samples from the bounds of `points_map` - margin to their bounds + margin along the axes of `R_map_grid`;
+/// without a turn they coincide with the samples voxel_size * integer of the map frame. Throws
+/// std::invalid_argument for a grid of more than 2^31 samples or extents that sum up to more than 16000.
+GridGeometry gridAround(const Eigen::Matrix3Xf& points_map, const Eigen::Matrix3d& R_map_grid,
+                        double voxel_size, double margin);
+
+/// From the map frame [m] to continuous indices.
+void toIndexCoordinates(ObservedSurface& surface, const GridGeometry& geometry);
+
+/// How far out exact distances matter under the options' clamping [voxel].
+float exactRange(const BuildOptions& options, double voxel_size);
+
+/// Clamped as the options say [m].
+float clampedTo(const BuildOptions& options, float metres);
+
+}  // namespace ttsdf
