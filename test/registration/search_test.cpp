@@ -23,6 +23,7 @@ GlobalOptions fewStarts() {
   GlobalOptions options;  // a room of 4 x 3 m needs less than a house
   options.starts = 1500;
   options.refined = 20;
+  options.max_seconds = 3600.0;  // a time limit would make the tests depend on the machine
   return options;
 }
 
@@ -183,7 +184,6 @@ TEST(LocalizeGlobally, GivesTheSameResultWithAnyNumberOfThreads) {
   const Eigen::Matrix3Xf points = castRays(furnishedRoom, truth, test::directions(800));
   GlobalOptions options = fewStarts();
   options.starts = 400;
-  options.max_seconds = 3600.0;  // a time limit would make it depend on the machine
   std::vector<RegistrationResult> results;
   for (const int threads : {1, 2, 5}) {
     options.threads = threads;
