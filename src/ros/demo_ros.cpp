@@ -76,7 +76,7 @@ void DemoRos::driveAndMap() {
   std_srvs::SetBool::Request truth;
   truth.data = 1;
   call<std_srvs::SetBool>("camera/truth_tf", truth);
-  waitFor("the first fused scan", [this] { return report_.scans_fused > 0; });
+  waitFor("the first fused scan", [this] { return fused_ > 0; });
   ROS_INFO("Demo: the camera drives with its true pose and the map builder fuses, %.0f s",
            options_.mapping_seconds);
   drive(options_.mapping_seconds, "mapping");
@@ -84,7 +84,8 @@ void DemoRos::driveAndMap() {
 }
 
 void DemoRos::buildAndSave() {
-  ROS_INFO("Demo: map_builder/build_map");
+  ROS_INFO("Demo: the camera stands still; map_builder/build_map");
+  standStill(true);
   const ros::WallTime begin = ros::WallTime::now();
   ttsdf_localization::BuildMap::Request build;
   build.max_rank = options_.max_rank;
@@ -133,6 +134,13 @@ void DemoRos::loadAndStart() {
   start.pose.covariance = toCovarianceMessage(covariance);
   initial_pose_.publish(start);
   waitFor("the localizer to track", [this] { return newest_status_.state == LocalizationStatus::TRACKING; });
+  standStill(false);
+}
+
+void DemoRos::standStill(bool still) {
+  std_srvs::SetBool::Request request;
+  request.data = static_cast<std::uint8_t>(still);
+  call<std_srvs::SetBool>("camera/stand_still", request);
 }
 
 void DemoRos::driveAndLocalize() {
@@ -238,7 +246,7 @@ void DemoRos::onStatus(const ttsdf_localization::LocalizationStatusConstPtr& mes
 
 void DemoRos::onProgress(const ttsdf_localization::BuildProgressConstPtr& message) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  report_.scans_fused = message->fused;
+  fused_ = message->fused;
 }
 
 }  // namespace ttsdf

@@ -11,7 +11,11 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kStepsPerSegment = 60;
-constexpr double kSwayPeriod = 3.7;  ///< [s]
+constexpr double kSwayShare = 0.2;  ///< of both speed limits that is kept for the sway
+
+/// Angular frequencies of the sway [rad/s], in no simple ratio to each other.
+Eigen::Array3d positionRates() { return 2.0 * kPi / Eigen::Array3d(7.9, 9.7, 3.7); }
+Eigen::Array3d angleRates() { return 2.0 * kPi / Eigen::Array3d(7.4, 5.3, 11.3); }  // roll, pitch, yaw
 
 Eigen::Matrix3d rotationOf(double yaw, double pitch) {
   // Pitch is positive upwards, a turn about y (left) downwards.
@@ -47,13 +51,14 @@ const OptionTable<TrajectoryOptions>& trajectoryOptionTable() {
       OptionTable<O>()
           .add("speed", &O::speed, 0.01, 20.0, "m/s", "Largest speed of the camera.")
           .add("turn_rate", &O::turn_rate, 0.01, 20.0, "rad/s", "Largest angular speed of the camera.")
-          .add("sway_height", &O::sway_height, 0.0, 0.2, "m", "Amplitude of the slow motion up and down.")
-          .add("sway_angle", &O::sway_angle, 0.0, 0.5, "rad", "Amplitude of the slow roll.");
+          .add("sway_position", &O::sway_position, 0.0, 0.2, "m",
+               "Amplitude of the slow sway of the position.")
+          .add("sway_angle", &O::sway_angle, 0.0, 0.5, "rad", "Amplitude of the slow sway of the angles.");
   return kTable;
 }
 
 Trajectory::Trajectory(const std::vector<Waypoint>& waypoints, bool closed, const TrajectoryOptions& options)
-    : closed_(closed), sway_height_(options.sway_height), sway_angle_(options.sway_angle) {
+    : closed_(closed), sway_position_(options.sway_position), sway_angle_(options.sway_angle) {
   trajectoryOptionTable().validate(options);
   const std::size_t wanted = closed ? 3 : 2;
   if (waypoints.size() < wanted) {
@@ -124,9 +129,8 @@ void Trajectory::layTimes(const TrajectoryOptions& options) {
     const double moved = (after - before).head<3>().norm();
     const Eigen::AngleAxisd turn(rotationOf(before[3], before[4]).transpose() *
                                  rotationOf(after[3], after[4]));
-    // The sway adds a little of its own; a tenth of both limits is kept for it.
     needed[static_cast<std::size_t>(i)] =
-        std::max(moved / (0.9 * options.speed), turn.angle() / (0.9 * options.turn_rate));
+        std::max(moved / options.speed, turn.angle() / options.turn_rate) / (1.0 - kSwayShare);
     length_ += moved;
     before = after;
   }
@@ -134,10 +138,8 @@ void Trajectory::layTimes(const TrajectoryOptions& options) {
   for (const double step : smoothEnvelope(needed, kStepsPerSegment / 2, closed_)) {
     times_.push_back(times_.back() + step);
   }
-  // Keep the sway inside that tenth whatever the limits are.
-  const double rate = 2.0 * kPi / kSwayPeriod;
-  sway_height_ = std::min(sway_height_, 0.1 * options.speed / rate);
-  sway_angle_ = std::min(sway_angle_, 0.1 * options.turn_rate / rate);
+  sway_position_ = std::min(sway_position_, kSwayShare * options.speed / positionRates().matrix().norm());
+  sway_angle_ = std::min(sway_angle_, kSwayShare * options.turn_rate / angleRates().sum());
 }
 
 Eigen::Isometry3d Trajectory::pose(double time) const {
@@ -148,12 +150,11 @@ Eigen::Isometry3d Trajectory::pose(double time) const {
   const double begin = *(after - 1), end = *after;
   const double step = static_cast<double>(after - times_.begin() - 1) + (t - begin) / (end - begin);
   const Knot knot = spline(parameters_[1] + step * parameter_step_);
-  const double phase = 2.0 * kPi * time / kSwayPeriod;
+  const Eigen::Array3d angles = sway_angle_ * (angleRates() * time).sin();
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.translation() = knot.head<3>() + Eigen::Vector3d(0.0, 0.0, sway_height_ * std::sin(phase));
-  T.linear() =
-      rotationOf(knot[3], knot[4]) *
-      Eigen::AngleAxisd(sway_angle_ * std::sin(0.5 * phase), Eigen::Vector3d::UnitX()).toRotationMatrix();
+  T.translation() = knot.head<3>() + (sway_position_ * (positionRates() * time).sin()).matrix();
+  T.linear() = rotationOf(knot[3] + angles[2], knot[4] + angles[1]) *
+               Eigen::AngleAxisd(angles[0], Eigen::Vector3d::UnitX()).toRotationMatrix();
   return T;
 }
 

@@ -35,9 +35,9 @@ const OptionTable<DemoOptions>& demoOptionTable();
 
 class DemoRos {
  public:
-  /// Relative names: services camera/truth_tf, map_builder/build_map, map_builder/save_map,
-  /// localization/load_map, manager/unload_nodelet; topics ground_truth, pose, status, map_builder/progress,
-  /// initialpose. Throws std::invalid_argument for bad parameters.
+  /// Relative names: services camera/truth_tf, camera/stand_still, map_builder/build_map,
+  /// map_builder/save_map, localization/load_map, manager/unload_nodelet; topics ground_truth, pose, status,
+  /// map_builder/progress, initialpose. Throws std::invalid_argument for bad parameters.
   DemoRos(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
   /// The whole story; blocks while other threads handle the callbacks. Throws std::runtime_error if a step
@@ -50,6 +50,7 @@ class DemoRos {
   void buildAndSave();
   void loadAndStart();
   void driveAndLocalize();
+  void standStill(bool still);
 
   struct TruthAndOdometry {
     Eigen::Isometry3d T_map_base, T_odom_base;
@@ -77,6 +78,7 @@ class DemoRos {
 
   std::mutex mutex_;  // guards what callbacks write
   DemoReport report_;
+  std::uint32_t fused_ = 0;  ///< scans, by the builder's progress
   bool recording_ = false;
   ros::Time recording_since_;
   geometry_msgs::PoseStamped newest_truth_;

@@ -1,6 +1,6 @@
 #pragma once
 // A smooth path of a camera through waypoints, with bounded linear and angular speed. The moving frame is a
-// body frame as in REP-103: x forward, y left, z up; it never rolls.
+// body frame as in REP-103: x forward, y left, z up; but for its sway it never rolls.
 
 #include <Eigen/Geometry>
 #include <vector>
@@ -15,10 +15,10 @@ struct Waypoint {
 };
 
 struct TrajectoryOptions {
-  double speed = 0.5;         ///< largest speed [m/s]
-  double turn_rate = 0.7;     ///< largest angular speed [rad/s]
-  double sway_height = 0.02;  ///< amplitude of the hand's slow motion up and down [m]
-  double sway_angle = 0.02;   ///< and of its roll [rad]
+  double speed = 0.5;           ///< largest speed [m/s]
+  double turn_rate = 0.7;       ///< largest angular speed [rad/s]
+  double sway_position = 0.03;  ///< amplitude of the slow sway that makes every lap a little different [m]
+  double sway_angle = 0.03;     ///< the same for the angles [rad]
 };
 const OptionTable<TrajectoryOptions>& trajectoryOptionTable();
 
@@ -51,7 +51,7 @@ class Trajectory {
   Knot spline(double u) const;
 
   bool closed_;
-  double sway_height_, sway_angle_, length_ = 0.0;
+  double sway_position_, sway_angle_, length_ = 0.0;
   double parameter_step_ = 0.0;
   std::vector<Knot> knots_;         // one more at either end than the path has
   std::vector<double> parameters_;  // of the knots: centripetal
