@@ -69,3 +69,10 @@ ttsdf_unit_test(mapping/carving_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
 ttsdf_unit_test(mapping/cloud_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
 ttsdf_unit_test(mapping/vdb_io_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
 ttsdf_unit_test(mapping/real_frames_test.cpp LIBS ttsdf_mapping)
+
+# signed field
+ttsdf_unit_test(mapping/observed_surface_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(mapping/nearest_surface_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(mapping/manhattan_frame_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(mapping/sampled_field_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(mapping/mesh_sampling_test.cpp LIBS ttsdf_mapping)

@@ -10,18 +10,19 @@
 
 namespace ttsdf {
 
-Eigen::Matrix3d gridRotation(const ObservedSurface& surface, bool align) {
-  if (!align) return Eigen::Matrix3d::Identity();
-  const SurfaceMesh& mesh = surface.mesh;
+Eigen::Matrix3d gridRotation(const SurfaceMesh& mesh, const Eigen::Matrix3Xf* vertex_normals) {
   Eigen::Matrix3Xf normals(3, mesh.triangles.cols());
   Eigen::VectorXf areas(mesh.triangles.cols());
   for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
     const Eigen::Vector3i t = mesh.triangles.col(n);
     const Eigen::Vector3f a = mesh.vertices.col(t[0]);
-    areas[n] = (mesh.vertices.col(t[1]) - a).cross(mesh.vertices.col(t[2]) - a).norm();
-    normals.col(n) =
-        (surface.normals.col(t[0]) + surface.normals.col(t[1]) + surface.normals.col(t[2])).normalized();
+    Eigen::Vector3f normal = (mesh.vertices.col(t[1]) - a).cross(mesh.vertices.col(t[2]) - a);
+    areas[n] = normal.norm();
+    if (vertex_normals)
+      normal = vertex_normals->col(t[0]) + vertex_normals->col(t[1]) + vertex_normals->col(t[2]);
+    normals.col(n) = normal.normalized();
   }
+  if (!(areas.sum() > 0.0F)) return Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d R = manhattanFrame(normals, areas).R_map_frame;
   // A grid that is all but straight stays straight: its samples then coincide with those of the fusion.
   constexpr double kStraight = 5e-4;

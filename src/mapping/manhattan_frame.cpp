@@ -78,7 +78,9 @@ class FrameSearch {
     ManhattanFrame best;
     for (const auto& peak : histogram.peaks(5)) {
       Eigen::Matrix3d R = frameAbout(peak);
-      for (const double scale : {10.0, 5.0, 3.0, 2.0, 1.5, 1.5, 1.5, 1.5}) R = refined(R, scale * kDegree);
+      R = refined(refined(R, 10.0 * kDegree), 5.0 * kDegree);
+      const double spread = medianAngle(R, 10.0 * kDegree);
+      for (int step = 0; step < 6; ++step) R = refined(R, std::max(1.5 * kDegree, spread));
       const double share = shareWithin(R, 10.0 * kDegree);
       if (share > best.share) best = {R, share};
     }
@@ -142,6 +144,19 @@ class FrameSearch {
     Eigen::Matrix3d D = Eigen::Matrix3d::Identity();
     D(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant();
     return svd.matrixU() * D * svd.matrixV().transpose();
+  }
+
+  /// Median angle to the nearest axis of the normals within `limit` of one: how noisy they are.
+  double medianAngle(const Eigen::Matrix3d& R, double limit) const {
+    std::vector<double> angles;
+    for (const auto& normal : normals_) {
+      const double angle = std::acos(std::min(1.0, (R.transpose() * normal).cwiseAbs().maxCoeff()));
+      if (angle < limit) angles.push_back(angle);
+    }
+    if (angles.empty()) return limit;
+    const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
+    std::nth_element(angles.begin(), middle, angles.end());
+    return *middle;
   }
 
   double shareWithin(const Eigen::Matrix3d& R, double angle) const {

@@ -69,12 +69,11 @@ SampledField sampleMesh(const SurfaceMesh& mesh, double voxel_size, const BuildO
   }
   const ProgressStep surface_step(progress, "surface");
   SampledField field;
-  {
-    const ObservedSurface coarse = describeSurface(mesh, 0);
-    // Three voxels around the mesh let the flood pass everywhere.
-    field.geometry = gridAround(mesh.vertices, gridRotation(coarse, options.align_axes), voxel_size,
-                                std::max(options.margin, 3.0 * voxel_size));
-  }
+  const Eigen::Matrix3d R_map_grid =
+      options.align_axes ? gridRotation(mesh, nullptr) : Eigen::Matrix3d::Identity();
+  // Three voxels around the mesh let the flood pass everywhere.
+  field.geometry =
+      gridAround(mesh.vertices, R_map_grid, voxel_size, std::max(options.margin, 3.0 * voxel_size));
   const SurfaceMesh fine = subdivided(mesh, kMaxEdge * static_cast<float>(voxel_size));
   surface_step.report(0.5);
   ObservedSurface surface = describeSurface(fine, 0);

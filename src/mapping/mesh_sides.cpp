@@ -74,7 +74,8 @@ std::vector<std::uint8_t> enclosedSamples(const SurfaceMesh& mesh, const Nearest
                (static_cast<std::size_t>(v[1]) +
                 static_cast<std::size_t>(dims[1]) * static_cast<std::size_t>(v[2]));
   };
-  /// Votes of the 26 neighbours beyond the shell, by how much they lie on this sample's side of the mesh.
+  /// Votes of the 26 neighbours beyond the shell. One counts if it lies on this sample's side of the mesh and
+  /// this sample on its: near an edge either test alone would look round the corner.
   const auto votesForInside = [&](const Eigen::Array3i& v, std::size_t n) {
     const Eigen::Vector3f p = v.cast<float>(), foot = footOf(mesh, nearest.triangle[n], p);
     const Eigen::Vector3f way = (p - foot).normalized();
@@ -85,8 +86,10 @@ std::vector<std::uint8_t> enclosedSamples(const SurfaceMesh& mesh, const Nearest
       if ((w < 0).any() || (w >= dims).any()) continue;
       const std::size_t m = offset(w);
       if (nearest.distance[m] <= kShell) continue;
-      const float weight = way.dot((w.cast<float>().matrix() - foot).normalized());
-      if (weight > 0.0F) balance += outside[m] ? -weight : weight;
+      const Eigen::Vector3f q = w.cast<float>(), other_foot = footOf(mesh, nearest.triangle[m], q);
+      const float weight = way.dot((q - foot).normalized());
+      if (weight > 0.0F && (p - other_foot).dot(q - other_foot) > 0.0F)
+        balance += outside[m] ? -weight : weight;
     }
     return balance > 0.0F;
   };

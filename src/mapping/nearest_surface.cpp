@@ -16,6 +16,8 @@ namespace {
 using Offsets =
     vigra::TinyVector<short, 3>;  // a third of the memory of int; VIGRA starts from twice the sum of extents
 
+constexpr int kMaxSteps = 6;  // of a descent or of jumps; two are the rule
+
 struct Triangle {
   Eigen::Vector3f a, b, c;
 };
@@ -149,24 +151,42 @@ class Search {
     return v + Eigen::Array3i(o[0], o[1], o[2]);
   }
 
-  void start(const Eigen::Array3i& voxel, std::size_t n) {
-    const Eigen::Vector3f p = voxel.cast<float>();
-    Eigen::Array3i cube = surfaceVoxel(voxel);
-    Best best;
-    tryCube(p, offset(cube), best);
-    // Where the foot lies on the rim of a triangle, the plane of that triangle says where the foot should be.
-    for (int step = 0; step < 3 && best.squared <= reach(); ++step) {
-      if (best.foot.weights.minCoeff() > 0.0F) break;
+  Eigen::Array3i cubeOf(const Eigen::Vector3f& point) const {
+    return (point.array() + 0.5F).floor().cast<int>().max(0).min(dims_ - 1);
+  }
+
+  /// Along the surface to a foot that no triangle around it beats.
+  void descend(const Eigen::Vector3f& p, Best& best) const {
+    Eigen::Array3i last = Eigen::Array3i::Constant(-1);
+    for (int step = 0; step < kMaxSteps && best.foot.weights.minCoeff() <= 0.0F; ++step) {
+      const Eigen::Array3i cube = cubeOf(best.foot.point);
+      if ((cube == last).all()) return;
+      last = cube;
+      const float squared = best.squared;
+      tryCube(p, offset(cube), best);
+      if (!(best.squared < squared)) return;
+    }
+  }
+
+  /// Where the foot lies on the rim of a triangle, the plane of that triangle says where the foot should be.
+  void jump(const Eigen::Vector3f& p, Best& best) const {
+    for (int step = 0; step < kMaxSteps && best.foot.weights.minCoeff() <= 0.0F; ++step) {
       const Triangle& t = triangles_[static_cast<std::size_t>(best.triangle)];
       const Eigen::Vector3f normal = (t.b - t.a).cross(t.c - t.a).normalized();
       const Eigen::Vector3f target = p - normal.dot(p - t.a) * normal;
-      const Eigen::Array3i nearest = (target.array() + 0.5F).floor().cast<int>().max(0).min(dims_ - 1);
-      const Eigen::Array3i next = surfaceVoxel(nearest);
-      if ((next == cube).all()) break;
-      cube = next;
       const float squared = best.squared;
-      tryCube(p, offset(cube), best);
-      if (!(best.squared < squared)) break;
+      tryCube(p, offset(surfaceVoxel(cubeOf(target))), best);
+      if (!(best.squared < squared)) return;
+    }
+  }
+
+  void start(const Eigen::Array3i& voxel, std::size_t n) {
+    const Eigen::Vector3f p = voxel.cast<float>();
+    Best best;
+    tryCube(p, offset(surfaceVoxel(voxel)), best);
+    if (best.squared <= reach()) {
+      jump(p, best);
+      descend(p, best);
     }
     result_.triangle[n] = best.triangle;
     result_.distance[n] = std::sqrt(best.squared);
@@ -178,22 +198,17 @@ class Search {
     const Eigen::Vector3f p = voxel.cast<float>();
     Best best;
     tryTriangle(p, before_.triangle[n], best);
+    const float squared = best.squared;
     for (int axis = 0; axis < 3; ++axis) {
       for (const int side : {-1, 1}) {
         Eigen::Array3i v = voxel;
         v[axis] += side;
         if (v[axis] < 0 || v[axis] >= dims_[axis]) continue;
-        const std::size_t m = offset(v);
-        if (before_.triangle[m] == best.triangle) continue;
-        const float squared = best.squared;
-        tryTriangle(p, before_.triangle[m], best);
-        if (best.squared < squared - 1e-4F) {
-          const Eigen::Array3i cube =
-              (best.foot.point.array() + 0.5F).floor().cast<int>().max(0).min(dims_ - 1);
-          tryCube(p, offset(cube), best);
-        }
+        const std::int32_t triangle = before_.triangle[offset(v)];
+        if (triangle != best.triangle) tryTriangle(p, triangle, best);
       }
     }
+    if (best.squared < squared) descend(p, best);
     result_.triangle[n] = best.triangle;
     result_.distance[n] = std::sqrt(best.squared);
   }

@@ -17,7 +17,8 @@ SampledField sampleSurfaceDistance(const ObservedGrid& observed, const BuildOpti
         std::to_string(kMinSurfacePiece) + "), wanted an observed surface");
   }
   surface_step.report(0.8);
-  const Eigen::Matrix3d R_map_grid = gridRotation(surface, options.align_axes);
+  const Eigen::Matrix3d R_map_grid =
+      options.align_axes ? gridRotation(surface.mesh, &surface.normals) : Eigen::Matrix3d::Identity();
 
   SampledField field;
   field.geometry = gridAround(surface.mesh.vertices, R_map_grid, observed.voxel_size, options.margin);

@@ -80,7 +80,8 @@ TEST(NearestSurface, EqualsBruteForceOnACurvedSheet) {
   const SurfaceMesh mesh = waves(24, 3.0F);
   const Dims dims(32, 30, 34);
   const NearestSurface nearest = nearestSurface(mesh, dims, {});
-  double sum = 0.0, largest = 0.0;
+  double near_sum = 0.0, all_sum = 0.0, largest = 0.0;
+  int near_count = 0;
   std::size_t n = 0;
   for (int k = 0; k < dims[2]; ++k) {
     for (int j = 0; j < dims[1]; ++j) {
@@ -89,13 +90,19 @@ TEST(NearestSurface, EqualsBruteForceOnACurvedSheet) {
             mesh, Eigen::Vector3f(static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)));
         const double error = nearest.distance[n] - truth;
         ASSERT_GE(error, -1e-4);  // a distance to some point of the surface is never too small
-        sum += error * error;
+        all_sum += error * error;
         largest = std::max(largest, error);
+        if (truth < 10.0) near_sum += error * error, ++near_count;
+        if (truth < 1.5) {
+          ASSERT_NEAR(error, 0.0, 1e-3);
+        }
       }
     }
   }
-  EXPECT_LT(std::sqrt(sum / static_cast<double>(n)), 0.02);
-  EXPECT_LT(largest, 0.5);
+  // Far from waves this steep, two feet are about equally near and the second may win.
+  EXPECT_LT(std::sqrt(near_sum / near_count), 0.01);
+  EXPECT_LT(std::sqrt(all_sum / static_cast<double>(n)), 0.1);
+  EXPECT_LT(largest, 1.0);
 }
 
 TEST(NearestSurface, FindsTheFootOnLargeTrianglesAfterSubdivision) {
@@ -111,7 +118,7 @@ TEST(NearestSurface, FindsTheFootOnLargeTrianglesAfterSubdivision) {
       for (int i = 0; i < dims[0]; ++i, ++n) {
         const double truth = bruteForce(
             mesh, Eigen::Vector3f(static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)));
-        ASSERT_NEAR(nearest.distance[n], truth, 0.02) << i << ' ' << j << ' ' << k;
+        ASSERT_NEAR(nearest.distance[n], truth, 1e-4) << i << ' ' << j << ' ' << k;
       }
     }
   }
