@@ -16,8 +16,11 @@ ttsdf_library(ttsdf_core
     src/map/map_container.cpp
     src/map/cosine_transform.cpp
     src/map/train_gauge.cpp
+    src/map/magnitude_tables.cpp
     src/map/coefficient_coder.cpp
     src/map/quantized_cores.cpp
+    src/map/live_components.cpp
+    src/map/core_quantizer.cpp
     src/map/encoding.cpp
     src/map/map_io.cpp
     src/map/map_file.cpp

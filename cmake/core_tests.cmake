@@ -1,4 +1,5 @@
 # Unit tests of the core layer: options, geometry, tensor train, field, registration.
+include(cmake/map_tests.cmake)
 ttsdf_unit_test(options/option_table_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(geometry/se3_test.cpp LIBS ttsdf_core)
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "quantized_cores.h"
+#include "core_quantizer.h"
 
 namespace ttsdf {
 
@@ -135,18 +135,17 @@ static CoreHeader readCoreHeader(ByteReader& in, const Dims& dims) {
 
 static QuantizedCores quantizeAs(const TensorTrain& train, const EncodeOptions& options,
                                  const CoreBudget& budget) {
-  const QuantizedEncoder encoder(train);
+  const CoreQuantizer quantizer(train);
   if (options.target_bytes > 0) {
-    const std::size_t wanted = budget.other_bytes + QuantizedEncoder::kSmallestBytes;
+    const std::size_t wanted = budget.other_bytes + CoreQuantizer::kSmallestBytes;
     if (options.target_bytes < wanted) {
       throw std::invalid_argument("target_bytes: got " + std::to_string(options.target_bytes) +
                                   ", wanted at least " + std::to_string(wanted));
     }
-    return encoder.quantizeToBytes(options.target_bytes - budget.other_bytes);
+    return quantizer.toBytes(options.target_bytes - budget.other_bytes);
   }
-  if (options.quantization_step > 0.0) return encoder.quantize(options.quantization_step);
-  return encoder.quantizeToRms(options.quantization_rms > 0.0 ? options.quantization_rms
-                                                              : budget.default_rms);
+  if (options.quantization_step > 0.0) return quantizer.toStep(options.quantization_step);
+  return quantizer.toRms(options.quantization_rms > 0.0 ? options.quantization_rms : budget.default_rms);
 }
 
 void writeCores(const TensorTrain& train, const EncodeOptions& options, const CoreBudget& budget,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "bit_packer.h"
 #include "byte_compression.h"
 
 namespace ttsdf {
@@ -10,6 +11,7 @@ namespace ttsdf {
 namespace {
 
 constexpr int kBuckets = 16;
+constexpr std::uint32_t kMaxCellVoxels = 1u << 20;
 /// More cells than any grid that fits a map; 32 MB of mask.
 constexpr std::uint64_t kMaxCells = std::uint64_t{1} << 28;
 
@@ -52,32 +54,29 @@ void forEachCell(const Dims& cells, const Visitor& visit) {
   }
 }
 
-using Bits = std::vector<bool>;
-
 }  // namespace
 
 void writeMask(const SupportMask& mask, ByteWriter& out) {
-  std::array<Bits, kBuckets> surprises;
+  std::array<std::vector<bool>, kBuckets> surprises;
   forEachCell(mask.cellDims(), [&](int a, int b, int c) {
     const int odds = logOdds(mask, a, b, c);
     surprises[static_cast<std::size_t>(bucketOf(odds))].push_back(mask.at(a, b, c) != (odds >= 0));
   });
   out.u32(static_cast<std::uint32_t>(mask.cellVoxels()));
   std::vector<std::uint8_t> packed;
-  for (const Bits& bucket : surprises) {
+  for (const std::vector<bool>& bucket : surprises) {
     out.u32(static_cast<std::uint32_t>(bucket.size()));
-    for (std::size_t n = 0; n < bucket.size(); ++n) {
-      if (n % 8 == 0) packed.push_back(0);
-      if (bucket[n]) packed.back() = static_cast<std::uint8_t>(packed.back() | (1u << (n % 8)));
-    }
+    BitPacker bits;
+    for (const bool surprise : bucket) bits.push(surprise);
+    packed.insert(packed.end(), bits.bytes().begin(), bits.bytes().end());
   }
   out.block(compressBytes(packed));
 }
 
 SupportMask readMask(ByteReader& in, const Dims& dims) {
   const std::uint32_t cell_voxels = in.u32();
-  if (cell_voxels < 1 || cell_voxels > static_cast<std::uint32_t>(dims.maxCoeff())) {
-    refuse(in.what() + ": cell size", std::to_string(cell_voxels), "1 to the grid's longest side");
+  if (cell_voxels < 1 || cell_voxels > kMaxCellVoxels) {
+    refuse(in.what() + ": cell size", std::to_string(cell_voxels), "1 to " + std::to_string(kMaxCellVoxels));
   }
   const Dims cell_dims = (dims - 1) / static_cast<int>(cell_voxels) + 1;
   const Eigen::Array3d extents = cell_dims.cast<double>();
@@ -106,9 +105,7 @@ SupportMask readMask(ByteReader& in, const Dims& dims) {
     const int odds = logOdds(mask, a, b, c);
     const auto bucket = static_cast<std::size_t>(bucketOf(odds));
     if (at[bucket] == size[bucket]) refuse(in.what(), "cells that do not fit their prediction", "a mask");
-    const std::size_t n = at[bucket]++;
-    const bool surprise = (packed[n / 8] >> (n % 8)) & 1u;
-    if (surprise != (odds >= 0)) mask.set(a, b, c, true);
+    if (bitAt(packed.data(), at[bucket]++) != (odds >= 0)) mask.set(a, b, c, true);
   });
   return mask;
 }

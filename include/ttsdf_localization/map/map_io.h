@@ -41,7 +41,8 @@ struct EncodeOptions {
 std::vector<std::uint8_t> serialize(const TtSdfMap& map, const EncodeOptions& options = {});
 /// Bytes of the file that serialize would make. Exact, and as expensive.
 std::size_t encodedSize(const TtSdfMap& map, const EncodeOptions& options);
-/// Throws MapFormatError; never allocates more than what the checked sizes justify (at most 256 MB of cores).
+/// Throws MapFormatError; never allocates more than what the checked sizes justify (cores of at most 2^24
+/// numbers).
 TtSdfMap deserialize(const std::uint8_t* data, std::size_t size);
 
 struct MapFileInfo {

@@ -26,8 +26,8 @@ struct TtSdfMap {
   SupportMask mask;  ///< empty: everything is supported
   FieldKind kind = FieldKind::kSdf;
   double truncation = 0.0;  ///< fusion's truncation distance [m]
-  double clamp_negative =
-      0.0;  ///< values were clamped to [-clamp_negative, clamp_positive] [m]; 0: not clamped
+  /// Values were clamped to [-clamp_negative, clamp_positive] [m]; 0: not clamped.
+  double clamp_negative = 0.0;
   double clamp_positive = 0.0;
   std::string frame_id = "map";
   std::map<std::string, std::string> metadata;  ///< build report and whatever the builder wants to tell

@@ -1,0 +1,8 @@
+# Unit tests of the map: its file, its encodings, its fits.
+ttsdf_unit_test(map/tt_sdf_map_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(map/map_io_test.cpp LIBS ttsdf_core ZLIB::ZLIB)
+ttsdf_unit_test(map/map_format_error_test.cpp LIBS ttsdf_core ZLIB::ZLIB)
+ttsdf_unit_test(map/map_file_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(map/mask_section_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(map/quantized_cores_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(map/compact_map_test.cpp LIBS ttsdf_core)

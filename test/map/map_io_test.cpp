@@ -1,0 +1,166 @@
+#include "ttsdf_localization/map/map_io.h"
+
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include "room_map.h"
+
+namespace ttsdf {
+namespace {
+
+using test::encodeAs;
+using test::rmsDifference;
+using test::rmsValue;
+using test::roomMap;
+
+TtSdfMap roundTrip(const TtSdfMap& map, const EncodeOptions& options) {
+  const auto bytes = serialize(map, options);
+  return deserialize(bytes.data(), bytes.size());
+}
+
+void expectSameFrame(const TtSdfMap& got, const TtSdfMap& wanted) {
+  EXPECT_TRUE((got.geometry.dims == wanted.geometry.dims).all());
+  EXPECT_EQ(got.geometry.voxel_size, wanted.geometry.voxel_size);
+  EXPECT_EQ(got.geometry.T_map_grid.matrix(), wanted.geometry.T_map_grid.matrix());
+  EXPECT_EQ(got.kind, wanted.kind);
+  EXPECT_EQ(got.truncation, wanted.truncation);
+  EXPECT_EQ(got.clamp_negative, wanted.clamp_negative);
+  EXPECT_EQ(got.clamp_positive, wanted.clamp_positive);
+  EXPECT_EQ(got.frame_id, wanted.frame_id);
+  EXPECT_EQ(got.metadata, wanted.metadata);
+  EXPECT_EQ(got.mask.bits(), wanted.mask.bits());
+  EXPECT_EQ(got.mask.cellVoxels(), wanted.mask.cellVoxels());
+  EXPECT_EQ(got.train.axes(), wanted.train.axes());
+}
+
+TEST(MapIo, Float32IsExact) {
+  TtSdfMap map = roomMap();
+  map.kind = FieldKind::kTsdf;
+  const TtSdfMap read = roundTrip(map, {});
+  expectSameFrame(read, map);
+  EXPECT_EQ(read.train.first(), map.train.first());
+  EXPECT_EQ(read.train.middle(), map.train.middle());
+  EXPECT_EQ(read.train.last(), map.train.last());
+}
+
+TEST(MapIo, Float16KeepsElevenBitsOfEveryCoreEntry) {
+  const TtSdfMap map = roomMap();
+  const TtSdfMap read = roundTrip(map, encodeAs(Encoding::kFloat16));
+  expectSameFrame(read, map);
+  const auto check = [](const Eigen::MatrixXf& got, const Eigen::MatrixXf& wanted) {
+    ASSERT_EQ(got.size(), wanted.size());
+    // Half a unit in the last of 11 bits; below 2^-14 half of the smallest subnormal.
+    const auto allowed = wanted.array().abs().max(6.2e-5f) * 4.8829e-4f;
+    EXPECT_TRUE(((got - wanted).array().abs() <= allowed).all());
+  };
+  check(read.train.first(), map.train.first());
+  check(read.train.middle(), map.train.middle());
+  check(read.train.last(), map.train.last());
+}
+
+TEST(MapIo, QuantizedKeepsEverythingButTheCores) {
+  const TtSdfMap map = roomMap();
+  expectSameFrame(roundTrip(map, encodeAs(Encoding::kQuantized)), map);
+}
+
+TEST(MapIo, MapsWithoutMaskAndMetadataStayWithout) {
+  TtSdfMap map = roomMap();
+  map.mask = {};
+  map.metadata.clear();
+  const TtSdfMap read = roundTrip(map, {});
+  EXPECT_TRUE(read.mask.empty());
+  EXPECT_TRUE(read.metadata.empty());
+}
+
+TEST(MapIo, EveryModeOrderSurvives) {
+  const DenseTensor tensor = test::roomTensor(Dims(9, 7, 8));
+  for (const ModeOrder& axes :
+       {ModeOrder{{0, 1, 2}}, ModeOrder{{1, 0, 2}}, ModeOrder{{2, 0, 1}}, ModeOrder{{0, 2, 1}}}) {
+    TtSdfMap map = roomMap(Dims(9, 7, 8), 3);
+    TtSvdOptions options;
+    options.axes = axes;
+    map.train = ttSvd(tensor, options).train;
+    for (const Encoding encoding : {Encoding::kFloat32, Encoding::kFloat16, Encoding::kQuantized}) {
+      const TtSdfMap read = roundTrip(map, encodeAs(encoding, 1e-4));
+      EXPECT_EQ(read.train.axes(), axes);
+      EXPECT_LT(rmsDifference(read.train, map.train), 3e-4);
+    }
+  }
+}
+
+TEST(MapIo, ModesOfLengthOneAndEmptyFieldsWork) {
+  for (const Dims& dims : {Dims(1, 1, 1), Dims(1, 9, 7), Dims(9, 1, 7), Dims(9, 7, 1)}) {
+    for (const float value : {0.0f, 0.25f}) {
+      TtSdfMap map = roomMap(dims, 3);
+      map.train = ttSvd(DenseTensor(dims, value), {}).train;
+      for (const Encoding encoding : {Encoding::kFloat32, Encoding::kFloat16, Encoding::kQuantized}) {
+        const TtSdfMap read = roundTrip(map, encodeAs(encoding, 1e-3));
+        EXPECT_LE(rmsDifference(read.train, map.train), 1e-3);
+      }
+    }
+  }
+}
+
+TEST(MapIo, EqualMapsGiveEqualBytes) {
+  for (const Encoding encoding : {Encoding::kFloat32, Encoding::kFloat16, Encoding::kQuantized}) {
+    EXPECT_EQ(serialize(roomMap(), encodeAs(encoding)), serialize(roomMap(), encodeAs(encoding)));
+  }
+}
+
+TEST(MapIo, InfoTellsEncodingSizeAndChecksum) {
+  for (const Encoding encoding : {Encoding::kFloat32, Encoding::kFloat16, Encoding::kQuantized}) {
+    const auto bytes = serialize(roomMap(), encodeAs(encoding));
+    const MapFileInfo info = fileInfo(bytes.data(), bytes.size());
+    EXPECT_EQ(info.encoding, encoding);
+    EXPECT_EQ(info.file_bytes, bytes.size());
+    EXPECT_EQ(encodedSize(roomMap(), encodeAs(encoding)), bytes.size());
+    char id[9];
+    std::snprintf(id, sizeof(id), "%08lx", crc32(0, bytes.data(), static_cast<uInt>(bytes.size())));
+    EXPECT_EQ(info.map_id, id);
+  }
+}
+
+TEST(MapIo, NamesOfEncodingsAreTheirOwnInverse) {
+  for (const Encoding encoding : {Encoding::kFloat32, Encoding::kFloat16, Encoding::kQuantized}) {
+    EXPECT_EQ(encodingFromName(name(encoding)), encoding);
+  }
+  EXPECT_THROW(encodingFromName("float64"), std::invalid_argument);
+}
+
+TEST(MapIo, RefusesMapsThatNoReaderWouldAccept) {
+  const auto refused = [](const auto& spoil) {
+    TtSdfMap map = roomMap();
+    spoil(map);
+    EXPECT_THROW(serialize(map), std::invalid_argument);
+  };
+  refused([](TtSdfMap& map) { map.train = {}; });
+  refused([](TtSdfMap& map) { map.geometry.dims[0] = 31; });
+  refused([](TtSdfMap& map) { map.geometry.voxel_size = 0.0; });
+  refused([](TtSdfMap& map) { map.truncation = -1.0; });
+  refused([](TtSdfMap& map) { map.clamp_positive = std::nan(""); });
+  refused([](TtSdfMap& map) { map.mask = test::roomMask(Dims(10, 10, 10), 2); });
+  refused([](TtSdfMap& map) { map.frame_id = "\xFF"; });
+  refused([](TtSdfMap& map) { map.metadata["half a character"] = "\xC3"; });
+  refused([](TtSdfMap& map) { map.metadata["surrogate"] = "\xED\xA0\x80"; });
+  refused([](TtSdfMap& map) {
+    Eigen::MatrixXf last = map.train.last();
+    last(0, 0) = std::nanf("");
+    map.train = TensorTrain(map.train.axes(), map.train.first(), map.train.middle(), last);
+  });
+}
+
+TEST(MapIo, RefusesRanksAboveWhatTheModesAllow) {
+  TtSdfMap map = roomMap(Dims(5, 4, 6), 4);
+  for (int n = 0; n < 2; ++n) map.train = add(map.train, map.train);
+  EXPECT_THROW(serialize(map), std::invalid_argument);
+  EXPECT_THROW(serialize(map, encodeAs(Encoding::kQuantized)), std::invalid_argument);
+}
+
+TEST(MapIo, Float16RefusesWhatItCannotHold) {
+  TtSdfMap map = roomMap();
+  map.train = scale(map.train, 1e8f);
+  EXPECT_THROW(serialize(map, encodeAs(Encoding::kFloat16)), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace ttsdf
