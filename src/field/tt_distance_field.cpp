@@ -104,19 +104,12 @@ class TtDistanceField::Impl final : public GridField {
   void corners(const CellChunk& cells, CornerChunk& out) const override {
     BrickChunk where;
     locateBricks(cells, decoder_.bricks()[0], decoder_.bricks()[1], where);
-    withBricks([&](const auto& brick) {
-      for (int p = 0; p < cells.size; ++p) {
-        const float* const samples = brick(where.brick[p]);
-        if (!samples) return false;
-        const float* const s = samples + where.offset[p];
-        float* const v = out.value[p];
-        std::memcpy(v, s, 2 * sizeof(float));
-        std::memcpy(v + 2, s + kBrickSide, 2 * sizeof(float));
-        std::memcpy(v + 4, s + kLayer, 2 * sizeof(float));
-        std::memcpy(v + 6, s + kLayer + kBrickSide, 2 * sizeof(float));
-      }
-      return true;
-    });
+    {
+      const std::shared_lock<std::shared_mutex> lock(mutex_);
+      if (readCorners(where, cells.size, out)) return;
+    }
+    const std::unique_lock<std::shared_mutex> lock(mutex_);
+    for (int p = 0; p < cells.size; ++p) copyCorners(obtain(where.brick[p]) + where.offset[p], out.value[p]);
   }
 
   void stencils(const CellChunk& cells, StencilChunk& out) const override {
@@ -152,6 +145,29 @@ class TtDistanceField::Impl final : public GridField {
   BlockCache::Id idOf(int a, int b, int c) const {
     const auto& n = decoder_.bricks();
     return static_cast<BlockCache::Id>(a + n[0] * (b + n[1] * c));
+  }
+
+  static void copyCorners(const float* s, float* value) {
+    std::memcpy(value, s, 2 * sizeof(float));
+    std::memcpy(value + 2, s + kBrickSide, 2 * sizeof(float));
+    std::memcpy(value + 4, s + kLayer, 2 * sizeof(float));
+    std::memcpy(value + 6, s + kLayer + kBrickSide, 2 * sizeof(float));
+  }
+
+  /// False if a brick is missing. The bricks of a scan do not fit into the first-level cache: everything is
+  /// asked for well before it is needed.
+  bool readCorners(const BrickChunk& where, int size, CornerChunk& out) const {
+    const float* first[kChunk];
+    for (int p = 0; p < size; ++p) bricks_.prefetch(where.brick[p]);
+    for (int p = 0; p < size; ++p) {
+      const float* const samples = bricks_.find(where.brick[p]);
+      if (!samples) return false;
+      first[p] = samples + where.offset[p];
+      __builtin_prefetch(first[p]);
+      __builtin_prefetch(first[p] + kLayer + kBrickSide + 1);
+    }
+    for (int p = 0; p < size; ++p) copyCorners(first[p], out.value[p]);
+    return true;
   }
 
   /// Reads one sample; false if its brick is not there.
