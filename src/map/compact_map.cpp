@@ -13,7 +13,7 @@ namespace {
 
 /// A step of so many thresholds loses little of what the fit kept (measured: doc/map_format.md).
 constexpr double kStepPerThreshold = 8.0;
-constexpr int kMostTrials = 6;
+constexpr int kMostTrials = 8;
 
 void checkOptions(const CompactOptions& options) {
   const auto fail = [](const std::string& got, const std::string& wanted) {
@@ -82,6 +82,7 @@ class Search {
   Trial meetError(Trial trial) {
     Trial best = trial;
     double fine = 0.0, coarse = 0.0;  // thresholds that keep the error and that do not
+    double slope = 0.5;               // of log error over log threshold
     for (int n = 1;; ++n) {
       const double share = trial.error / options_.target_error;
       const bool kept = share <= 1.0;
@@ -90,10 +91,12 @@ class Search {
       if (better) best = trial;
       (kept ? fine : coarse) = trial.threshold;
       if ((kept && share > 0.97) || n == kMostTrials) return best;
-      // The error grows as about the square root of the threshold.
-      double next = trial.threshold * std::clamp(std::pow(0.985 / std::max(share, 1e-3), 2.0), 0.1, 10.0);
+      double next = trial.threshold * std::exp(std::clamp(std::log(0.985 / share) / slope, -2.5, 2.5));
       if (fine > 0.0 && coarse > 0.0 && (next <= fine || next >= coarse)) next = std::sqrt(fine * coarse);
-      trial = attempt(next);
+      Trial after = attempt(next);
+      slope = std::log(after.error / trial.error) / std::log(after.threshold / trial.threshold);
+      slope = std::isfinite(slope) ? std::clamp(slope, 0.1, 1.0) : 0.5;
+      trial = std::move(after);
     }
   }
 

@@ -202,6 +202,7 @@ TEST(CompactMap, TheTargetErrorIsKeptWithASmallerFileForALargerOne) {
       weightedRms(f.tensor, f.weights, fitSparse(f.tensor, f.weights, f.map.train, fitOptions(0.0, 500)));
   for (const double target : {1.3 * least, 1.7 * least, 2.5 * least}) {
     CompactOptions options;
+    options.iterations = 60;  // a third of the room is missing: the fit converges slowly
     options.target_error = target;
     options.error = [&](const TensorTrain& train) { return weightedRms(f.tensor, f.weights, train); };
     const CompactMap compact = compactMap(f.map, f.tensor, f.weights, options);
