@@ -127,20 +127,29 @@ TTSDF_AVX512 void dotsAvx512(const float* const columns[4], const float* const l
 
 #endif  // TTSDF_X86
 
-const ColumnKernels kPortable{contractPortable, dotsPortable, "portable"};
-
-const ColumnKernels& widest() {
+std::vector<ColumnKernels> detectKernels() {
+  std::vector<ColumnKernels> kernels;
 #ifdef TTSDF_X86
-  static const ColumnKernels kAvx512{contractAvx512, dotsAvx512, "avx512"};
-  static const ColumnKernels kAvx2{contractAvx2, dotsAvx2, "avx2"};
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) return kAvx512;
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return kAvx2;
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) {
+    kernels.push_back({contractAvx512, dotsAvx512, "avx512"});
+  }
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+    kernels.push_back({contractAvx2, dotsAvx2, "avx2"});
+  }
 #endif
-  return kPortable;
+  kernels.push_back({contractPortable, dotsPortable, "portable"});
+  return kernels;
 }
 
 }  // namespace
 
-const ColumnKernels& columnKernels(bool portable) { return portable ? kPortable : widest(); }
+const std::vector<ColumnKernels>& availableColumnKernels() {
+  static const std::vector<ColumnKernels> kernels = detectKernels();
+  return kernels;
+}
+
+const ColumnKernels& columnKernels(bool portable) {
+  return portable ? availableColumnKernels().back() : availableColumnKernels().front();
+}
 
 }  // namespace ttsdf

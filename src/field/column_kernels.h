@@ -2,6 +2,8 @@
 // The two inner loops of the compressed field, each in a portable version and versions for wider vectors,
 // chosen at run time. Rows and columns are padded with zeros to a multiple of kColumnPad floats.
 
+#include <vector>
+
 namespace ttsdf {
 
 constexpr int kColumnPad = 16;   ///< floats
@@ -20,6 +22,9 @@ struct ColumnKernels {
   DotKernel dots;
   const char* name;  ///< "avx512" | "avx2" | "portable"
 };
+
+/// What this CPU can run, widest first; the last are the portable ones.
+const std::vector<ColumnKernels>& availableColumnKernels();
 
 /// The widest kernels this CPU has, or the portable ones.
 const ColumnKernels& columnKernels(bool portable = false);

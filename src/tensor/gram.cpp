@@ -46,19 +46,34 @@ void multiplyTile16(const double* a, const double* b, int m, double* tile) {
 }
 #endif
 
-TileKernel widestTileKernel() {
+TileKernel tileKernel([[maybe_unused]] int vector_bytes) {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512f")) return multiplyTile64;
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return multiplyTile32;
+  if (vector_bytes == 64) return multiplyTile64;
+  if (vector_bytes == 32) return multiplyTile32;
 #endif
   return multiplyTile16;
 }
 
 }  // namespace
 
+std::vector<int> gramVectorBytes() {
+  std::vector<int> widths;
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f")) widths.push_back(64);
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) widths.push_back(32);
+#endif
+  widths.push_back(16);
+  return widths;
+}
+
 void addGram(const Eigen::Ref<const Eigen::MatrixXf>& A, Eigen::MatrixXd& gram) {
+  static const int widest = gramVectorBytes().front();
+  addGram(A, gram, widest);
+}
+
+void addGram(const Eigen::Ref<const Eigen::MatrixXf>& A, Eigen::MatrixXd& gram, int vector_bytes) {
   constexpr int kPanel = 256;  // columns at a time: a group of packed rows stays in the first-level cache
-  static const TileKernel multiply = widestTileKernel();
+  const TileKernel multiply = tileKernel(vector_bytes);
   const int n = static_cast<int>(A.rows());
   const int groups = (n + kTile - 1) / kTile;
   std::vector<double> packed(static_cast<std::size_t>(groups) * kTile * kPanel);

@@ -12,12 +12,14 @@ TEST(Gram, EqualsTheProductInDouble) {
   for (const int rows : {1, 2, 7, 8, 9, 16, 33}) {
     for (const int columns : {1, 255, 256, 257, 700}) {
       const Eigen::MatrixXf A = test::randomMatrix(rows, columns, static_cast<unsigned>(rows * columns));
-      Eigen::MatrixXd gram = Eigen::MatrixXd::Constant(rows, rows, 0.5);
-      addGram(A, gram);
       const Eigen::MatrixXd truth = A.cast<double>() * A.cast<double>().transpose();
-      for (int i = 0; i < rows; ++i) {
-        for (int j = 0; j <= i; ++j)
-          EXPECT_NEAR(gram(i, j), truth(i, j) + 0.5, 1e-12 * columns) << rows << "x" << columns;
+      for (const int vector_bytes : gramVectorBytes()) {
+        Eigen::MatrixXd gram = Eigen::MatrixXd::Constant(rows, rows, 0.5);
+        addGram(A, gram, vector_bytes);
+        for (int i = 0; i < rows; ++i) {
+          for (int j = 0; j <= i; ++j)
+            EXPECT_NEAR(gram(i, j), truth(i, j) + 0.5, 1e-12 * columns) << rows << "x" << columns;
+        }
       }
     }
   }

@@ -31,7 +31,7 @@ TtSvdResult ttSvd(const DenseTensor& tensor, const TtSvdOptions& options);
 using SlabSource = std::function<void(int j, Eigen::Ref<Eigen::MatrixXf> slab)>;
 
 /// The same without the dense array in memory: the source is asked for every slab twice.
-/// Memory: n1^2 + n1 n3 + r1 n2 n3 floats.
+/// Memory: n1^2 + n3^2 doubles and n1 n3 + r1 n2 n3 floats.
 TtSvdResult ttSvd(const Dims& dims, const SlabSource& source, const TtSvdOptions& options);
 
 /// Recompression of a train to lower ranks (same options; `axes` is ignored).
