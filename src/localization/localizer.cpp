@@ -31,14 +31,20 @@ PreparedMap Localizer::prepare(std::shared_ptr<const DistanceField> field,
   if (!field) throw std::invalid_argument("Localizer::prepare: got no field, wanted one");
   PreparedMap map;
   map.registration = std::make_unique<Registration>(field, options);
+  RegistrationOptions near = options;
+  near.long_range = false;
+  near.restarts = 0;
+  map.tracker = std::make_unique<Registration>(field, near);
   map.field = std::move(field);
   return map;
 }
 
 void Localizer::setMap(PreparedMap map) {
-  if (!map.field || !map.registration) throw std::invalid_argument("Localizer::setMap: got an empty map");
+  if (!map.field || !map.registration || !map.tracker)
+    throw std::invalid_argument("Localizer::setMap: got an empty map");
   field_ = std::move(map.field);
   registration_ = std::move(map.registration);
+  tracker_ = std::move(map.tracker);
   globals_done_ = 0;
   usual_inliers_ = 0.0;
   if (global_running_) {
@@ -162,7 +168,7 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
   const std::optional<Prediction> prior = motion_.predict(scan);
   if (!prior) return refuse(scan, {RefusalReason::kNoPrior, "no external prior for this scan"}, update);
 
-  update.registration = registration_->align(scan.points, prior->T_map_base * scan.T_base_sensor);
+  update.registration = alignNear(scan, prior->T_map_base);
   update.registered = true;
   Refusal refusal = examine(scan, prior->T_map_base, trackingInliers(), update);
   if (!refusal) refusal = checkJump({update.jump_translation, update.jump_rotation}, options_.gates);
@@ -180,6 +186,18 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
     }
   }
   return refuse(scan, refusal, update);
+}
+
+RegistrationResult Localizer::alignNear(const LocalizerScan& scan,
+                                        const Eigen::Isometry3d& T_map_base_prior) {
+  // The narrow kernels first: they do not see people in front of the map, which pull the wide ones away.
+  const Eigen::Isometry3d T_map_sensor = T_map_base_prior * scan.T_base_sensor;
+  RegistrationResult near = tracker_->align(scan.points, T_map_sensor);
+  if (!checkTermination(near) && !checkFit(near, options_.gates, trackingInliers())) return near;
+  RegistrationResult far = registration_->align(scan.points, T_map_sensor);
+  far.milliseconds += near.milliseconds;
+  far.iterations += near.iterations;
+  return far.score < near.score ? far : near;
 }
 
 Refusal Localizer::examine(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base_prior,

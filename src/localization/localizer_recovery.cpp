@@ -60,7 +60,7 @@ LocalizationUpdate Localizer::searchAround(const LocalizerScan& scan,
     RegistrationResult result = searchNear(*registration_, scan.points, T_map_sensor, search, covariance);
     // Along directions without information every start fits alike: then the one nearest to the prior is
     // right.
-    RegistrationResult nearest = registration_->align(scan.points, T_map_sensor);
+    RegistrationResult nearest = tracker_->align(scan.points, T_map_sensor);
     if (nearest.success && nearest.score <= result.score + kSameScore) result = std::move(nearest);
     if (best.registered && !(result.score < best.registration.score)) continue;
     const PoseError jump = poseError(T_map_sensor, result.T_map_sensor);

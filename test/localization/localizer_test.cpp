@@ -270,6 +270,27 @@ TEST(Localizer, CoastsOnOdometryWhileTheCameraIsCovered) {
   expectNear(update.T_map_base, walk.pose(2.9), 0.02, 0.01);
 }
 
+/// A box as wide as `share` of the picture, 0.8 m before the camera.
+ScanPoints withPeople(ScanPoints points, double share, int n) {
+  const int width = 64, box = static_cast<int>(share * width), left = (5 * n) % (width - box);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const int u = static_cast<int>(i) % width;
+    if (u >= left && u < left + box && points(2, i) > 0.8f) points.col(i) *= 0.8f / points(2, i);
+  }
+  return points;
+}
+
+TEST(Localizer, IsNotPulledAwayByPeopleBeforeTheMap) {
+  Tracking t;
+  for (int n = 0; n < 20; ++n, ++t.next) {
+    LocalizerScan scan = t.walk.scan(t.next);
+    scan.points = withPeople(std::move(scan.points), 0.3, n);
+    const LocalizationUpdate update = t.localizer.process(scan);
+    ASSERT_TRUE(update.pose_valid) << n << ": " << update.message;
+    expectNear(update.T_map_base, t.walk.pose(0.1 * t.next), 0.03, 0.015);
+  }
+}
+
 TEST(Localizer, LosesTheCoveredCameraWithoutOdometry) {
   Tracking t;
   LocalizerScan covered = t.walk.scan(0);

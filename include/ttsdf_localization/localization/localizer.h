@@ -51,7 +51,8 @@ class GlobalJob {
 /// A field ready for registration.
 struct PreparedMap {
   std::shared_ptr<const DistanceField> field;
-  std::unique_ptr<Registration> registration;
+  std::unique_ptr<Registration> registration;  ///< as the options say: from afar
+  std::unique_ptr<Registration> tracker;       ///< the last stages only: from a prior of a few centimetres
 };
 
 class Localizer {
@@ -100,6 +101,7 @@ class Localizer {
   // localizer.cpp: a scan's way.
   LocalizationUpdate handle(const LocalizerScan& scan);
   LocalizationUpdate track(const LocalizerScan& scan);
+  RegistrationResult alignNear(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base_prior);
   LocalizationUpdate accept(const LocalizerScan& scan, const Matrix6d& prior_covariance,
                             LocalizationUpdate& update);
   LocalizationUpdate place(const LocalizerScan& scan, LocalizationUpdate& update);
@@ -129,7 +131,7 @@ class Localizer {
   Prediction widened(Prediction prediction) const;
 
   LocalizerOptions options_;
-  std::unique_ptr<Registration> registration_;
+  std::unique_ptr<Registration> registration_, tracker_;
   std::shared_ptr<const DistanceField> field_;
   MotionModel motion_;
   LocalizerState state_ = LocalizerState::kNoMap;
