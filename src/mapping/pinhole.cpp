@@ -9,6 +9,8 @@ namespace ttsdf {
 namespace {
 
 constexpr double kTolerancePixels = 0.1;
+/// 65535 mm: "no reading" of 16-bit depth images, which depth_image_proc takes for a distance.
+constexpr float kNoReading = 65535 * 0.001F;
 constexpr Eigen::Index kMinPoints = 100;
 constexpr double kMinSpread = 0.1;  // share of the image's width and height that the points must span
 
@@ -76,7 +78,7 @@ std::optional<std::pair<DepthImage, CameraIntrinsics>> pinholeFromCloud(const Ei
     const Eigen::Vector3d p = points.col(i).cast<double>();
     if (!p.allFinite()) continue;
     if (!agrees(p, static_cast<int>(i % width), static_cast<int>(i / width), k)) return std::nullopt;
-    image.depth[static_cast<std::size_t>(i)] = points(2, i);
+    if (points(2, i) != kNoReading) image.depth[static_cast<std::size_t>(i)] = points(2, i);
   }
   return std::make_pair(std::move(image), k);
 }

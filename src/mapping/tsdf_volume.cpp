@@ -80,7 +80,7 @@ const OptionTable<FusionOptions>& fusionOptionTable() {
              "Half width of the band of signed distances around surfaces; at least one voxel, three are "
              "usual.")
         .add("min_depth", &O::min_depth, 0.0, 100.0, "m", "Nearer readings are ignored.")
-        .add("max_depth", &O::max_depth, 0.01, 1000.0, "m",
+        .add("max_depth", &O::max_depth, 0.01, 200.0, "m",
              "Farther readings carve free space only, up to here.")
         .add("max_weight", &O::max_weight, 1.0, 1e6, "",
              "Cap of a voxel's weight (1: one frame head on within 1 m); later frames then count as a moving "

@@ -9,7 +9,8 @@ namespace ttsdf {
 
 namespace {
 
-constexpr int kCoarseSide = 64;  // voxels; the subdivision starts here
+constexpr int kCoarseSide = 64;       // voxels; the subdivision starts here, or with larger cubes
+constexpr double kMaxCubesDeep = 16;  // cubes from the camera to the end of its reach, about
 
 enum class Coverage { kNothing, kFree, kMixed };
 
@@ -83,8 +84,15 @@ class ViewDivider {
   bool carve_;
 };
 
-/// Coarse cubes that meet the box around the view.
-std::vector<openvdb::Coord> coarseCubes(const VoxelCamera& camera, double reach) {
+/// Side of the cubes to start with [voxel].
+int coarseSide(double reach, double voxel_size) {
+  int side = kCoarseSide;
+  while (reach / (side * voxel_size) > kMaxCubesDeep) side *= 2;
+  return side;
+}
+
+/// Cubes that meet the box around the view.
+std::vector<openvdb::Coord> coarseCubes(const VoxelCamera& camera, double reach, int side) {
   const double width = camera.k.width, height = camera.k.height;
   Eigen::AlignedBox3d box(camera.T_map_camera.translation());
   for (const double u : {-1.0, width}) {
@@ -94,12 +102,12 @@ std::vector<openvdb::Coord> coarseCubes(const VoxelCamera& camera, double reach)
     }
   }
   const auto cube = [&](const Eigen::Vector3d& p, int axis) {
-    return static_cast<int>(std::floor(p[axis] / camera.voxel_size / kCoarseSide)) * kCoarseSide;
+    return static_cast<int>(std::floor(p[axis] / camera.voxel_size / side)) * side;
   };
   std::vector<openvdb::Coord> cubes;
-  for (int x = cube(box.min(), 0); x <= cube(box.max(), 0); x += kCoarseSide) {
-    for (int y = cube(box.min(), 1); y <= cube(box.max(), 1); y += kCoarseSide) {
-      for (int z = cube(box.min(), 2); z <= cube(box.max(), 2); z += kCoarseSide) cubes.emplace_back(x, y, z);
+  for (int x = cube(box.min(), 0); x <= cube(box.max(), 0); x += side) {
+    for (int y = cube(box.min(), 1); y <= cube(box.max(), 1); y += side) {
+      for (int z = cube(box.min(), 2); z <= cube(box.max(), 2); z += side) cubes.emplace_back(x, y, z);
     }
   }
   return cubes;
@@ -118,11 +126,12 @@ VoxelCamera::VoxelCamera(const CameraIntrinsics& intrinsics, const Eigen::Isomet
 std::vector<BlockVisit> blocksInView(const VoxelCamera& camera, const DepthPyramid& pyramid, bool carve) {
   const double reach = pyramid.maxReach();
   if (!(reach > camera.near_depth)) return {};
-  const std::vector<openvdb::Coord> cubes = coarseCubes(camera, reach);
+  const int side = coarseSide(reach, camera.voxel_size);
+  const std::vector<openvdb::Coord> cubes = coarseCubes(camera, reach, side);
   std::vector<std::vector<BlockVisit>> parts(cubes.size());
   const ViewDivider divider(camera, pyramid, carve);
   tbb::parallel_for(std::size_t{0}, cubes.size(),
-                    [&](std::size_t i) { divider.divide(cubes[i], kCoarseSide, parts[i]); });
+                    [&](std::size_t i) { divider.divide(cubes[i], side, parts[i]); });
   std::vector<BlockVisit> visits;
   for (const auto& part : parts) visits.insert(visits.end(), part.begin(), part.end());
   return visits;

@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ttsdf_localization/BuildProgress.h"
 #include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/mapping/surface_mesh.h"
 #include "ttsdf_localization/ros/map_build_request.h"
@@ -16,7 +15,7 @@ namespace ttsdf {
 
 namespace {
 
-constexpr double kProgressPeriod = 0.1;               ///< least time between two progress messages [s]
+constexpr double kProgressPeriod = 0.1;               ///< news are sent this often [s]
 constexpr std::size_t kMaxShownVoxels = 100'000'000;  ///< 400 MB when decompressed
 
 }  // namespace
@@ -33,7 +32,7 @@ MapBuilderRos::MapBuilderRos(ros::NodeHandle nh, ros::NodeHandle private_nh)
   advertise();
   if (!options_.map_file.empty()) use(readFile(options_.map_file));
 
-  fuser_ = std::make_unique<ScanFuser>(options_.fusion, options_.queue, [this] { publishProgress(false); });
+  fuser_ = std::make_unique<ScanFuser>(options_.fusion, options_.queue);
   source_ = std::make_unique<PosedCloudSource>(
       nh_, options_.global_frame_id, options_.selection, options_.queue.queue_size,
       [this](const sensor_msgs::PointCloud2ConstPtr& cloud, const Eigen::Isometry3d& T_map_sensor) {
@@ -50,7 +49,9 @@ MapBuilderRos::MapBuilderRos(ros::NodeHandle nh, ros::NodeHandle private_nh)
     diagnostics_.force_update();
     warnWhenQuiet();
   });
-  publishProgress(true);
+  progress_timer_ = service_nh_.createWallTimer(ros::WallDuration(kProgressPeriod),
+                                                [this](const ros::WallTimerEvent&) { publishProgress(); });
+  publishProgress();
   // Two threads: a second request gets its answer ("busy", a reset) while the first is at work.
   service_spinner_ = std::make_unique<ros::AsyncSpinner>(2, &service_queue_);
   service_spinner_->start();
@@ -58,14 +59,10 @@ MapBuilderRos::MapBuilderRos(ros::NodeHandle nh, ros::NodeHandle private_nh)
 
 MapBuilderRos::~MapBuilderRos() {
   stopping_ = true;
-  diagnostics_timer_.stop();
-  surface_timer_.stop();
+  for (auto* timer : {&diagnostics_timer_, &progress_timer_, &surface_timer_}) timer->stop();
   for (auto& service : services_) service.shutdown();
   service_spinner_.reset();
-  // Its thread asks the source for counts, and the source hands clouds to it: thread first, then source, then
-  // fuser.
-  fuser_->stop();
-  source_.reset();
+  source_.reset();  // before the fuser, to which it hands clouds
 }
 
 void MapBuilderRos::advertise() {
@@ -206,7 +203,7 @@ bool MapBuilderRos::reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Tri
   response.success = true;
   response.message = "fused scans and counts are forgotten; the current map stays";
   ROS_INFO_STREAM("Reset: " << response.message);
-  publishProgress(true);
+  publishProgress();
   return true;
 }
 
@@ -279,23 +276,17 @@ void MapBuilderRos::reportStep(const std::string& step, double share) {
     step_ = step;
     share_ = share;
   }
-  publishProgress(changed);
+  if (changed) publishProgress();
 }
 
-void MapBuilderRos::publishProgress(bool now) {
-  ttsdf_localization::BuildProgress message;
-  {
-    const std::lock_guard<std::mutex> lock(progress_mutex_);
-    const auto time = ros::WallTime::now();
-    if (!now && (time - last_progress_).toSec() < kProgressPeriod) return;
-    last_progress_ = time;
-    message.step = step_;
-    message.share = static_cast<float>(share_);
-  }
-  const auto input = source_ ? source_->counts() : PosedCloudSource::Counts{};
-  const auto fusion = fuser_ ? fuser_->counts() : ScanFuser::Counts{};
-  message.header.stamp = ros::Time::now();
+void MapBuilderRos::publishProgress() {
+  const auto input = source_->counts();
+  const auto fusion = fuser_->counts();
+  const std::lock_guard<std::mutex> lock(progress_mutex_);
+  ttsdf_localization::BuildProgress message = last_progress_;
   message.header.frame_id = options_.global_frame_id;
+  message.step = step_;
+  message.share = static_cast<float>(share_);
   message.received = input.received;
   message.skipped = input.skipped;
   message.without_transform = input.without_transform;
@@ -303,7 +294,10 @@ void MapBuilderRos::publishProgress(bool now) {
   message.dropped = fusion.dropped;
   message.refused = fusion.refused;
   message.fused = fusion.fused;
+  if (message == last_progress_) return;
+  message.header.stamp = ros::Time::now();
   progress_.publish(message);
+  last_progress_ = message;
 }
 
 void MapBuilderRos::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {

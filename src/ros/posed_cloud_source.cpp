@@ -47,7 +47,8 @@ void PosedCloudSource::watch(const sensor_msgs::PointCloud2ConstPtr& cloud) {
     counts_.last_received = ros::WallTime::now();
     counts_.sensor_frame_id = withoutLeadingSlash(cloud->header.frame_id);
     const double stamp = cloud->header.stamp.toSec();
-    clock_set_back = stamp + kClockStep < newest_stamp_;
+    // Stamp 0 means that there is none; it is refused later.
+    clock_set_back = stamp > 0.0 && stamp + kClockStep < newest_stamp_;
     newest_stamp_ = clock_set_back ? stamp : std::max(newest_stamp_, stamp);
     if (clock_set_back) selector_.reset();
   }

@@ -21,23 +21,20 @@ const OptionTable<ScanFuserOptions>& scanFuserOptionTable() {
   return table;
 }
 
-ScanFuser::ScanFuser(const FusionOptions& fusion, const ScanFuserOptions& options,
-                     std::function<void()> changed)
-    : fusion_(fusion), options_(options), changed_(std::move(changed)), volume_(fusion) {
+ScanFuser::ScanFuser(const FusionOptions& fusion, const ScanFuserOptions& options)
+    : fusion_(fusion), options_(options), volume_(fusion) {
   scanFuserOptionTable().validate(options);
   thread_ = std::thread(&ScanFuser::run, this);
 }
 
-ScanFuser::~ScanFuser() { stop(); }
-
-void ScanFuser::stop() {
+ScanFuser::~ScanFuser() {
   {
     const std::lock_guard<std::mutex> lock(queue_mutex_);
     stop_ = true;
   }
   arrived_.notify_all();
   handled_.notify_all();
-  if (thread_.joinable()) thread_.join();
+  thread_.join();
 }
 
 void ScanFuser::push(const sensor_msgs::PointCloud2ConstPtr& cloud, const Eigen::Isometry3d& T_map_sensor) {
@@ -106,7 +103,6 @@ void ScanFuser::run() {
       }
       fuse(scan);
     }
-    if (changed_) changed_();
   }
 }
 

@@ -62,6 +62,16 @@ TEST(PinholeFromCloud, RecoversDepthBitForBitAndIntrinsics) {
   }
 }
 
+TEST(PinholeFromCloud, GreatestRawValueIsNoReading) {
+  const CameraIntrinsics k = kinect();
+  DepthImage image = millimetreImage(k);
+  const std::size_t pixel = 100 * 640 + 100;
+  image.depth[pixel] = static_cast<float>(65535) * 0.001F;
+  const auto recovered = pinholeFromCloud(cloudOf(image, k), k.width, k.height);
+  ASSERT_TRUE(recovered);
+  EXPECT_EQ(recovered->first.depth[pixel], 0.0F);
+}
+
 TEST(PinholeFromCloud, RefusesWhatIsNoPinholeImage) {
   const CameraIntrinsics k = kinect();
   const Eigen::Matrix3Xf good = cloudOf(millimetreImage(k), k);

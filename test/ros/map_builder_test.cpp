@@ -29,6 +29,7 @@ using ttsdf_localization::LoadMap;
 using ttsdf_localization::SaveMap;
 
 constexpr int kViews = 24;
+constexpr double kVoxelSize = 0.03;  // as map_builder.test says [m]
 
 class MapBuilder : public testing::Test {
  protected:
@@ -166,10 +167,11 @@ TEST_F(MapBuilder, ShowsSurfaceAndSliceOfTheMap) {
   ASSERT_GT(surface->points.size(), 3000U);
   ASSERT_EQ(surface->points.size() % 3, 0U);
   EXPECT_EQ(surface->colors.size(), surface->points.size());
-  double worst = 0.0;
-  for (const auto& p : surface->points)
-    worst = std::max(worst, std::abs(world_.scene.signedDistance({p.x, p.y, p.z})));
-  EXPECT_LT(worst, 0.08);
+  std::size_t on_surface = 0;
+  for (const auto& p : surface->points) {
+    if (std::abs(world_.scene.signedDistance({p.x, p.y, p.z})) < kVoxelSize) ++on_surface;
+  }
+  EXPECT_GT(on_surface, surface->points.size() * 98 / 100);
   const auto slice =
       ros::topic::waitForMessage<sensor_msgs::PointCloud2>("builder/slice", nh_, ros::Duration(10.0));
   ASSERT_NE(slice, nullptr);

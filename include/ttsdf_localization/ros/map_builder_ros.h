@@ -14,6 +14,7 @@
 #include <string>
 
 #include "ttsdf_localization/BuildMap.h"
+#include "ttsdf_localization/BuildProgress.h"
 #include "ttsdf_localization/LoadMap.h"
 #include "ttsdf_localization/SaveMap.h"
 #include "ttsdf_localization/ros/map_build_request.h"
@@ -54,7 +55,7 @@ class MapBuilderRos {
   void publishMapSurface();
   void publishFusedSurface();
   void publishSlice();
-  void publishProgress(bool now);
+  void publishProgress();
   void reportStep(const std::string& step, double share);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
   void warnWhenQuiet();
@@ -71,7 +72,7 @@ class MapBuilderRos {
   std::mutex progress_mutex_;
   std::string step_ = "fusing";
   double share_ = 0.0;
-  ros::WallTime last_progress_;
+  ttsdf_localization::BuildProgress last_progress_;  ///< as published
 
   std::unique_ptr<MapPublisher> map_;
   ros::Publisher surface_, slice_, progress_;
@@ -84,7 +85,7 @@ class MapBuilderRos {
   std::unique_ptr<ScanFuser> fuser_;
   std::unique_ptr<PosedCloudSource> source_;
   diagnostic_updater::Updater diagnostics_;
-  ros::WallTimer surface_timer_, diagnostics_timer_;
+  ros::WallTimer surface_timer_, progress_timer_, diagnostics_timer_;
   std::unique_ptr<ros::AsyncSpinner> service_spinner_;
 };
 

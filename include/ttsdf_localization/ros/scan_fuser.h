@@ -34,10 +34,9 @@ class ScanFuser {
 
   /// `changed` is called from the fusion thread after every cloud. Throws std::invalid_argument for bad
   /// options.
-  ScanFuser(const FusionOptions& fusion, const ScanFuserOptions& options, std::function<void()> changed = {});
+  ScanFuser(const FusionOptions& fusion, const ScanFuserOptions& options);
+  /// Ends the thread after the cloud in work; what waits is not fused.
   ~ScanFuser();
-  /// Ends the thread after the cloud in work; what waits is not fused, and `changed` is not called again.
-  void stop();
   ScanFuser(const ScanFuser&) = delete;
   ScanFuser& operator=(const ScanFuser&) = delete;
 
@@ -63,7 +62,6 @@ class ScanFuser {
 
   const FusionOptions fusion_;
   const ScanFuserOptions options_;
-  const std::function<void()> changed_;
 
   std::mutex volume_mutex_;  ///< taken before queue_mutex_ where both are needed
   TsdfVolume volume_;
