@@ -102,11 +102,10 @@ if(TARGET make_room_map)
 endif()
 foreach(behaviour
     localization localization_nodelet no_odometry external_prior tf_output missing_transforms bad_clouds map_change
-    map_sources initialpose time_jump two_robots lost quiet)
+    map_sources initialpose time_jump two_robots lost quiet bad_parameters)
   ttsdf_rostest(${behaviour}.test DEPENDS test_maps localization_node ttsdf_localization_nodelet
     ARGS map_dir:=${TTSDF_TEST_MAPS})
 endforeach()
-ttsdf_rostest(bad_parameters.test DEPENDS localization_node ttsdf_localization_nodelet)
 
 # ---- map building and map server -------------------------------------------------------------------------------------
 ttsdf_ros_library(ttsdf_map_server

@@ -222,8 +222,8 @@ class Recorder:
             wanted = len(what) + n
             return bool(self._changed.wait_for(lambda: len(what) >= wanted, timeout))
 
-    def wait_for_status(self, condition, timeout=60.0):
-        """The first status from now on for which condition(status) is true, or None."""
+    def wait_for_status(self, condition, timeout=60.0, do=None):
+        """The first status from now on for which condition(status) is true, or None; `do` is called first."""
         with self._changed:
             begin = len(self.statuses)
             found = []
@@ -231,6 +231,8 @@ class Recorder:
             def check():
                 found[:] = [s for s in self.statuses[begin:] if condition(s)][:1]
                 return bool(found)
+            if do:
+                do()
             self._changed.wait_for(check, timeout)
             return found[0] if found else None
 
@@ -252,5 +254,7 @@ def start_tracking(test, recorder, robot, timeout=90.0):
     test.assertTrue(recorder.wait_for(lambda: any(s.map_id for s in recorder.statuses), timeout), 'no map: ' +
                     recorder.history())
     recorder.wait_for_initialpose_connection()
-    recorder.set_pose(pose_message(robot.T_map_base))
+    taken = recorder.wait_for_status(lambda s: 'initialpose taken' in s.message,
+                                     do=lambda: recorder.set_pose(pose_message(robot.T_map_base)))
+    test.assertIsNotNone(taken, recorder.history())
     test.assertTrue(recorder.wait_for_state(Status.TRACKING, timeout=timeout), recorder.history())

@@ -43,8 +43,8 @@ class InitialPose(unittest.TestCase):
         self.assertLess(rotation, 0.01)
 
     def assert_refused(self, message, expected):
-        self.recorder.set_pose(message)
-        status = self.recorder.wait_for_status(lambda s: 'initialpose refused' in s.message, 20.0)
+        status = self.recorder.wait_for_status(lambda s: 'initialpose refused' in s.message, 20.0,
+                                               do=lambda: self.recorder.set_pose(message))
         self.assertIsNotNone(status, self.recorder.history())
         self.assertIn(expected, status.message)
         self.assertEqual(status.reason, Status.REASON_NO_START_POSE)
@@ -63,14 +63,16 @@ class InitialPose(unittest.TestCase):
         # map -> odom must be known for that: track first.
         self.recorder.set_pose(pose_message(self.robot.T_map_base))
         self.assert_tracks()
-        self.recorder.set_pose(pose_message(T_odom_base, frame='/odom', stamp=rospy.Time.now()))
-        self.assertIsNotNone(self.recorder.wait_for_status(lambda s: 'initialpose taken' in s.message),
+        message = pose_message(T_odom_base, frame='/odom', stamp=rospy.Time.now())
+        self.assertIsNotNone(self.recorder.wait_for_status(lambda s: 'initialpose taken' in s.message,
+                                                           do=lambda: self.recorder.set_pose(message)),
                              self.recorder.history())
         self.assert_tracks()
 
     def test_an_empty_frame_warns_and_is_the_map(self):
-        self.recorder.set_pose(pose_message(self.robot.T_map_base, frame=''))
-        self.assertIsNotNone(self.recorder.wait_for_status(lambda s: 'no frame_id' in s.message),
+        message = pose_message(self.robot.T_map_base, frame='')
+        self.assertIsNotNone(self.recorder.wait_for_status(lambda s: 'no frame_id' in s.message,
+                                                           do=lambda: self.recorder.set_pose(message)),
                              self.recorder.history())
         self.assert_tracks()
 
@@ -118,7 +120,10 @@ class InitialPose(unittest.TestCase):
         self.assert_tracks()
 
     def test_a_wrong_pose_is_given_up_with_a_reason(self):
-        self.recorder.set_pose(pose_message(room.pose(5.2, 3.0, 0.0, 2.6), sigma=[0.01] * 6))
+        message = pose_message(room.pose(5.2, 3.0, 0.0, 2.6), sigma=[0.01] * 6)
+        taken = self.recorder.wait_for_status(lambda s: s.state == Status.RELOCALIZING,
+                                              do=lambda: self.recorder.set_pose(message))
+        self.assertIsNotNone(taken, self.recorder.history())
         status = self.recorder.wait_for_status(lambda s: s.state == Status.WAITING_FOR_POSE)
         self.assertIsNotNone(status, self.recorder.history())
         self.assertNotEqual(status.message, '')

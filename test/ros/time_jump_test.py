@@ -33,11 +33,13 @@ class TimeJump(unittest.TestCase):
         for _ in range(3):
             self.assertTrue(recorder.wait_for_new(recorder.poses, 10), recorder.history())
             begin = len(recorder.transforms)
-            # The bag starts again, where and when it started the first time.
-            robot.kidnap(START)
-            robot.truth.clear()
-            now[0] = 1000.0
-            status = recorder.wait_for_status(lambda s: s.reason == Status.REASON_TIME_JUMP)
+
+            def loop():
+                """The bag starts again, where and when it started the first time."""
+                robot.kidnap(START)
+                robot.truth.clear()
+                now[0] = 1000.0
+            status = recorder.wait_for_status(lambda s: s.reason == Status.REASON_TIME_JUMP, do=loop)
             self.assertIsNotNone(status, recorder.history())
             status = recorder.wait_for_status(lambda s: s.pose_valid)
             self.assertIsNotNone(status, recorder.history())
