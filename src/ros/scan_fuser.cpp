@@ -15,9 +15,9 @@ const OptionTable<ScanFuserOptions>& scanFuserOptionTable() {
   static const OptionTable<Options> table =
       OptionTable<Options>()
           .add("queue_size", &Options::queue_size, 1, 100000, "",
-               "clouds that wait for fusion; when more come, the oldest is dropped and counted")
+               "Clouds that wait for fusion; when more come, the oldest is dropped and counted.")
           .add("max_volume_megabytes", &Options::max_volume_megabytes, 1.0, 1e6, "MB",
-               "fusion refuses clouds once the volume takes this much memory");
+               "Fusion refuses clouds once the volume takes this much memory.");
   return table;
 }
 

@@ -8,6 +8,7 @@
 
 #include "ttsdf_localization/mapping/map_builder.h"
 #include "ttsdf_localization/options/option_table.h"
+#include "ttsdf_localization/ros/parameters.h"
 #include "ttsdf_localization/ros/scan_fuser.h"
 #include "ttsdf_localization/ros/scan_selector.h"
 
@@ -28,6 +29,12 @@ struct MapBuilderRosOptions {
 };
 /// The fields of MapBuilderRosOptions itself and of `queue`.
 const OptionTable<MapBuilderRosOptions>& mapBuilderRosOptionTable();
+
+/// Registers every option under the keys of the YAML file; `options` must outlive the set.
+ParameterSet mapBuilderParameters(MapBuilderRosOptions& options);
+
+/// config/map_builder.yaml as it should be: every option with its default and its meaning.
+std::string mapBuilderYaml();
 
 /// Reads and checks every group. Throws std::invalid_argument naming key, value and range.
 MapBuilderRosOptions loadMapBuilderOptions(const ros::NodeHandle& private_nh);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "ttsdf_localization/options/option_table.h"
+#include "ttsdf_localization/ros/parameters.h"
 #include "ttsdf_localization/simulation/simulated_rig.h"
 
 namespace ttsdf {
@@ -27,6 +28,12 @@ struct SimulatedCameraOptions {
 };
 /// The fields of SimulatedCameraOptions itself and of `rig` without its groups.
 const OptionTable<SimulatedCameraOptions>& simulatedCameraOptionTable();
+
+/// Registers every option under the keys of the YAML file; `options` must outlive the set.
+ParameterSet simulatedCameraParameters(SimulatedCameraOptions& options);
+
+/// config/simulated_camera.yaml as it should be: every option with its default and its meaning.
+std::string simulatedCameraYaml();
 
 /// Reads and checks every group. Throws std::invalid_argument naming key, value and range.
 SimulatedCameraOptions loadSimulatedCameraOptions(const ros::NodeHandle& private_nh);
