@@ -1,8 +1,7 @@
-# Layer 1: the tensor train, the field, registration, the map file. Eigen, zlib, zstd; nothing else.
+# Layer 1: the tensor train, the field, registration, the map file. Eigen, nanoflann, zlib, liblzma; nothing else.
 find_package(Eigen3 REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(Threads REQUIRED)
-find_library(ZSTD_LIBRARY zstd REQUIRED)
 find_library(LZMA_LIBRARY lzma REQUIRED)
 
 ttsdf_library(ttsdf_core
@@ -63,7 +62,7 @@ ttsdf_library(ttsdf_core
     src/localization/localizer.cpp
     src/localization/localizer_recovery.cpp
   PUBLIC Eigen3::Eigen
-  PRIVATE ZLIB::ZLIB Threads::Threads ${ZSTD_LIBRARY} ${LZMA_LIBRARY})
+  PRIVATE ZLIB::ZLIB Threads::Threads ${LZMA_LIBRARY})
 
 ttsdf_unit_test(localization/pose_covariance_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/motion_model_test.cpp LIBS ttsdf_core)

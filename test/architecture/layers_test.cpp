@@ -1,0 +1,162 @@
+// doc/architecture.md, "Structure": reads every #include of the source tree and fails when an arrow turns round.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+using Names = std::set<std::string>;
+
+const fs::path kRoot = TTSDF_SOURCE_DIR;
+
+/// What each folder may include of the other folders.
+const std::map<std::string, Names> kMayUse = {
+    {"options", {}},
+    {"geometry", {}},
+    {"tensor", {}},
+    {"field", {"tensor"}},
+    {"map", {"tensor", "field"}},
+    {"registration", {"options", "geometry", "tensor", "field"}},
+    {"localization", {"options", "geometry", "registration"}},
+    {"mapping", {"options", "geometry", "tensor", "field", "map"}},
+    // mapping's plain types (depth image, mesh): no link to its library, checked below
+    {"simulation", {"options", "geometry", "tensor", "field", "mapping"}},
+    {"evaluation", {"options", "geometry", "tensor", "field", "map", "registration", "mapping"}},
+    {"tools",
+     {"options", "geometry", "tensor", "field", "map", "registration", "mapping", "simulation", "evaluation"}},
+    {"ros",
+     {"options", "geometry", "tensor", "field", "map", "registration", "localization", "mapping",
+      "simulation", "evaluation", "tools"}},
+    {"nodes", {"ros", "tools"}},
+};
+
+/// Libraries that only some folders may include, by the first folder of the include.
+const std::map<std::string, Names> kOnlyIn = {
+    {"openvdb", {"mapping"}},
+    {"vigra", {"mapping"}},
+    {"assimp", {"mapping"}},
+    {"tbb", {"mapping"}},
+    {"pcl", {"evaluation", "tools"}},
+    {"boost", {"tools", "ros", "nodes"}},
+    {"yaml-cpp", {"tools", "ros"}},
+    {"json", {"tools"}},
+};
+
+struct Include {
+  fs::path file;
+  std::string folder, text;
+};
+
+/// Folder of our own tree that a file belongs to: src/map/x.cpp and include/ttsdf_localization/map/x.h -> map.
+std::string folderOf(const fs::path& file) {
+  fs::path relative = fs::relative(file, kRoot / "include" / "ttsdf_localization");
+  if (*relative.begin() == "..") relative = fs::relative(file, kRoot / "src");
+  return relative.begin()->string();
+}
+
+std::vector<Include> readIncludes() {
+  static const std::regex kInclude(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])");
+  std::vector<Include> includes;
+  for (const fs::path& top : {kRoot / "include", kRoot / "src"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(top)) {
+      if (!entry.is_regular_file()) continue;
+      std::ifstream file(entry.path());
+      for (std::string line; std::getline(file, line);) {
+        std::smatch match;
+        if (std::regex_search(line, match, kInclude))
+          includes.push_back({entry.path(), folderOf(entry.path()), match[1]});
+      }
+    }
+  }
+  return includes;
+}
+
+const std::vector<Include>& includes() {
+  static const std::vector<Include> kIncludes = readIncludes();
+  return kIncludes;
+}
+
+/// "map" for ttsdf_localization/map/x.h and for ../map/x.h; empty for anything else.
+std::string ownFolder(const std::string& include) {
+  static const std::regex kOwn(R"(^(?:ttsdf_localization|\.\.)/([a-z_]+)/)");
+  std::smatch match;
+  return std::regex_search(include, match, kOwn) ? match[1].str() : "";
+}
+
+bool isRos(const std::string& include) {
+  // roscpp and its kin, every message package, and our own generated messages (ttsdf_localization/Name.h).
+  static const std::regex kRos(
+      "^(ros|tf2\\w*|nodelet|pluginlib|\\w+_msgs|std_srvs|message_filters|diagnostic_updater|"
+      "dynamic_reconfigure|rosbag|pcl_ros|pcl_conversions|image_geometry|depth_image_proc|xmlrpcpp)/|"
+      "^XmlRpc|^ttsdf_localization/[A-Z]\\w*\\.h$");
+  return std::regex_search(include, kRos);
+}
+
+std::string describe(const Include& include) {
+  return fs::relative(include.file, kRoot).string() + " includes " + include.text;
+}
+
+TEST(Layers, TheTreeIsRead) {
+  EXPECT_GT(includes().size(), 500u);
+  Names folders;
+  for (const Include& include : includes()) folders.insert(include.folder);
+  for (const std::string& folder : folders) EXPECT_EQ(kMayUse.count(folder), 1u) << "unknown folder " << folder;
+}
+
+TEST(Layers, NoArrowTurnsRound) {
+  for (const Include& include : includes()) {
+    const std::string target = ownFolder(include.text);
+    if (target.empty() || target == include.folder) continue;
+    EXPECT_EQ(kMayUse.at(include.folder).count(target), 1u) << describe(include);
+  }
+}
+
+TEST(Layers, RosIsInRosAndNodesOnly) {
+  for (const Include& include : includes()) {
+    if (include.folder == "ros" || include.folder == "nodes") continue;
+    EXPECT_FALSE(isRos(include.text)) << describe(include);
+  }
+}
+
+TEST(Layers, LibrariesStayInTheirLayer) {
+  for (const Include& include : includes()) {
+    const auto rule = kOnlyIn.find(include.text.substr(0, include.text.find('/')));
+    if (rule == kOnlyIn.end()) continue;
+    EXPECT_EQ(rule->second.count(include.folder), 1u) << describe(include);
+  }
+}
+
+TEST(Layers, SimulationUsesOnlyPlainTypesOfMapping) {
+  const Names plain = {"ttsdf_localization/mapping/depth_image.h", "ttsdf_localization/mapping/surface_mesh.h"};
+  for (const Include& include : includes()) {
+    if (include.folder != "simulation" || ownFolder(include.text) != "mapping") continue;
+    EXPECT_EQ(plain.count(include.text), 1u) << describe(include);
+  }
+}
+
+// A nodelet shares its process with others.
+TEST(Layers, LibrariesNeitherPrintNorExit) {
+  static const std::regex kForbidden(R"(std::(cout|cerr|exit|abort|terminate)\b|[^n]printf\(|\b(exit|abort)\()");
+  for (const std::string folder : {"options", "geometry", "tensor", "field", "map", "registration",
+                                   "localization", "mapping", "simulation", "evaluation"}) {
+    for (const fs::path& top : {kRoot / "include" / "ttsdf_localization" / folder, kRoot / "src" / folder}) {
+      if (!fs::exists(top)) continue;
+      for (const auto& entry : fs::recursive_directory_iterator(top)) {
+        std::ifstream file(entry.path());
+        for (std::string line; std::getline(file, line);) {
+          EXPECT_FALSE(std::regex_search(line, kForbidden)) << fs::relative(entry.path(), kRoot) << ": " << line;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
