@@ -11,15 +11,22 @@ namespace ttsdf {
 
 namespace {
 
-constexpr double kDamping =
-    1e-3;  // share of the weight added to the diagonal: keeps free directions in place
+// Shares of the information that unit gradients would carry, as a pull back to the start.
+constexpr double kTie = 1e-3;  // keeps directions in place that the scan says nothing about
+constexpr double kRotationTie = 0.3;
 
-Vector6d dampedStep(const NormalEquations& e, double radius) {
+/// Gauss-Newton step about the scan's centroid with the start as a weak prior.
+Vector6d tiedStep(const NormalEquations& e, const ScanBuffer& scan, const Eigen::Isometry3d& T_start,
+                  const Eigen::Isometry3d& T, double rotation_tie) {
+  const double weight = e.weight + 1e-6, radius = std::max(scan.radius(), 1e-3);
+  const double turning = rotation_tie * weight * radius * radius, moving = kTie * weight;
   Matrix6d H = e.H;
-  const double translation = kDamping * e.weight + 1e-9;
-  H.diagonal().head<3>().array() += translation * std::max(radius * radius, 1e-6);
-  H.diagonal().tail<3>().array() += translation;
-  return H.ldlt().solve(-e.g);
+  H.diagonal().head<3>().array() += turning;
+  H.diagonal().tail<3>().array() += moving;
+  Vector6d g = e.g;
+  g.head<3>() += turning * logSo3(T.linear() * T_start.linear().transpose());
+  g.tail<3>() += moving * (T * scan.centroid() - T_start * scan.centroid());
+  return H.ldlt().solve(-g);
 }
 
 }  // namespace
@@ -33,7 +40,8 @@ Candidate descend(const DistanceField& field, const ScanBuffer& scan, const Eige
     model.scale = scale;
     const NormalEquations e = linearize(field, scan, scan.size(), candidate.T_map_sensor, model);
     if (e.valid < 6) return candidate;
-    const Vector6d xi = dampedStep(e, scan.radius());
+    const Vector6d xi = tiedStep(e, scan, T_start, candidate.T_map_sensor,
+                                 scale > options.rotation_tied_above ? kRotationTie : kTie);
     if (!xi.allFinite()) return candidate;
     candidate.T_map_sensor = retract(candidate.T_map_sensor, scan.centroid(), xi);
   }

@@ -190,6 +190,7 @@ class Registration::Impl {
     spread.diagonal().head<3>().setConstant(kRestartRotation * kRestartRotation);
     spread.diagonal().tail<3>().setConstant(kRestartTranslation * kRestartTranslation);
     DescentOptions descent;
+    descent.rotation_tied_above = kTiedAbove;
     descent.scales = {1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 0.3, 0.3, 0.15, 0.15};
     const auto starts = startsAround(T_prior, spread, options_.restarts + 1, 0);
     const auto found =
@@ -213,6 +214,7 @@ class Registration::Impl {
     for (double scale = widest; scale > kMiddleScale; scale *= kScaleFactor) {
       descent_.scales.insert(descent_.scales.end(), kStepsPerScale, scale);
     }
+    descent_.rotation_tied_above = kTiedAbove;
     T = descend(*long_range_, coarse_, T, descent_).T_map_sensor;
     return 1 + static_cast<int>(descent_.scales.size());
   }
@@ -254,10 +256,11 @@ class Registration::Impl {
     }
   }
 
-  static constexpr int kCoarsePoints = 550;  // of the far field's descent
-  static constexpr int kStepsPerScale = 4;
-  static constexpr double kScalePerRms = 3.0;
+  static constexpr int kCoarsePoints = 400;  // of the far field's descent
+  static constexpr int kStepsPerScale = 6;
+  static constexpr double kScalePerRms = 6.0;
   static constexpr double kScaleFactor = 0.55;
+  static constexpr double kTiedAbove = 0.3;  // [m]
   static constexpr int kMiddlePoints = 1000;
   static constexpr int kMiddleIterations = 8;
   static constexpr double kMiddleScale = 0.1;  // [m] of the map's first stage

@@ -41,7 +41,7 @@ struct RegistrationOptions {
       0.01;                 ///< directions with less information keep the prior (and are reported as weak)
   double weak_sigma = 1.0;  ///< standard deviation reported for them [m] (rotation: over the scan's radius)
   bool long_range = true;   ///< pull scans in by a coarse distance field made from the map when it is loaded
-  int restarts = 16;  ///< further starts around the prior when the first one explains the scan badly ...
+  int restarts = 32;  ///< further starts around the prior when the first one explains the scan badly ...
   double restart_score = 0.25;  ///< ... that is, with a score above this; 0 restarts: one start only
   int min_points = 50;
   int max_points = 4500;  ///< more points are sub-sampled evenly
