@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -143,33 +144,36 @@ BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, cons
   return built;
 }
 
-/// The best map within a budget, by bisection over the rank: file size rises and the error falls with it.
-/// `fits` says whether a map keeps to the budget;
-/// `want_smallest`: the smallest that fits, else the largest.
+/// The best map within a budget: file size rises and the error falls with the rank. Doubles the rank until the
+/// budget is passed, then bisects. `fits` says whether a map keeps to the budget; `want_smallest`: the smallest
+/// rank that fits, else the largest.
 template <class Fits>
 BuiltMap compressWithin(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
                         bool want_smallest, const Fits& fits, const BuildProgress& progress) {
-  constexpr int kSmallestRank = 4, kLargestRank = 128;
-  int low = kSmallestRank, high = std::min(kLargestRank, field.values.dims().maxCoeff());
-  low = std::min(low, high);
-  const auto at = [&](int rank) { return compressAt(field, fusion, options, {rank, rank}, progress); };
-  BuiltMap best = at(want_smallest ? high : low);
-  if (!fits(best)) {
-    std::ostringstream text;
-    text << "compress: got " << best.report.file_bytes << " bytes and " << best.report.surface_rms
-         << " m rms near the surface at rank " << best.report.rank1 << ", wanted "
-         << (want_smallest ? "at most " + std::to_string(options.target_surface_error) + " m"
-                           : "at most " + std::to_string(options.target_bytes) + " bytes");
-    throw std::runtime_error(text.str());
-  }
-  while (high - low > 1) {
-    const int middle = (low + high) / 2;
-    BuiltMap built = at(middle);
+  constexpr int kFirstRank = 8, kLargestRank = 128;
+  const int largest = std::min(kLargestRank, field.values.dims().maxCoeff());
+  int below = 0, above = largest + 1;  // of the smallest rank that fits, or of the largest
+  std::optional<BuiltMap> best;
+  BuildReport last;
+  while (above - below > 1) {
+    const int rank =
+        above > largest ? std::min(std::max(kFirstRank, 2 * below), largest) : (below + above) / 2;
+    BuiltMap built = compressAt(field, fusion, options, {rank, rank}, progress);
+    last = built.report;
     const bool good = fits(built);
     if (good) best = std::move(built);
-    (good == want_smallest ? high : low) = middle;
+    (good == want_smallest ? above : below) = rank;
   }
-  return best;
+  if (best) return std::move(*best);
+  std::ostringstream text;
+  text << "compress: got " << last.file_bytes << " bytes and " << last.surface_rms
+       << " m rms near the surface at rank " << last.rank1 << ", wanted at most ";
+  if (want_smallest) {
+    text << options.target_surface_error << " m";
+  } else {
+    text << options.target_bytes << " bytes";
+  }
+  throw std::runtime_error(text.str());
 }
 
 }  // namespace

@@ -175,6 +175,7 @@ bool CommandLine::parse(int argc, const char* const* argv, std::ostream& out) {
 }
 
 void CommandLine::Impl::parseArguments(int argc, const char* const* argv) {
+  given = {};
   po::options_description all;
   all.add(general);
   std::set<std::string> names;

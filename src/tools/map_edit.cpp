@@ -165,7 +165,7 @@ TtSdfMap cropped(const TtSdfMap& map, const Eigen::AlignedBox3d& box_map) {
   begin = begin.min((last - 1).max(0) / cell * cell);
   const Dims size = (end - begin + 1).max(2).min(map.geometry.dims - begin);
   TtSdfMap result = map;
-  result.train = crop(map.train, begin, size);
+  result.train = round(crop(map.train, begin, size), {});  // a part may need fewer ranks than the whole
   result.geometry.dims = size;
   result.geometry.T_map_grid.translation() = map.geometry.samplePosition(begin.cast<double>().matrix());
   result.mask = croppedMask(map.mask, begin, size);

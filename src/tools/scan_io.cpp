@@ -1,6 +1,7 @@
 #include "ttsdf_localization/tools/scan_io.h"
 
 #include <pcl/console/print.h>
+#include <pcl/exceptions.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
@@ -35,22 +36,49 @@ ScanPoints readBinary(const std::string& path) {
   return points;
 }
 
-ScanPoints readWithPcl(const std::string& path, bool pcd) {
-  // PCL writes its complaints to the console; the exception below says what matters.
-  const auto verbosity = pcl::console::getVerbosityLevel();
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+/// PCL writes its complaints to the console; the exceptions here say what matters.
+class QuietPcl {
+ public:
+  QuietPcl() { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }
+  ~QuietPcl() { pcl::console::setVerbosityLevel(verbosity_); }
+
+ private:
+  pcl::console::VERBOSITY_LEVEL verbosity_ = pcl::console::getVerbosityLevel();
+};
+
+template <class Reader>
+pcl::PCLPointCloud2 readBlob(const std::string& path, const char* format) {
+  const QuietPcl quiet;
+  Reader reader;
   pcl::PCLPointCloud2 blob;
-  const int status = pcd ? pcl::io::loadPCDFile(path, blob) : pcl::io::loadPLYFile(path, blob);
-  pcl::console::setVerbosityLevel(verbosity);
-  if (status < 0)
-    throw std::runtime_error("scan '" + path + "': got no readable " + (pcd ? "PCD" : "PLY") + " file");
+  Eigen::Vector4f origin;
+  Eigen::Quaternionf orientation;
+  int version = 0, type = 0;
+  unsigned int data_start = 0;
+  // The header first: PCL's readers crash on a file that names no field.
+  const int header = reader.readHeader(path, blob, origin, orientation, version, type, data_start);
+  if (header < 0 || blob.fields.empty()) {
+    throw std::runtime_error("scan '" + path + "': got no " + format + " header");
+  }
   for (const char* field : {"x", "y", "z"}) {
     if (pcl::getFieldIndex(blob, field) < 0) {
       throw std::runtime_error("scan '" + path + "': got no field '" + field + "', wanted x, y and z");
     }
   }
+  if (reader.read(path, blob, origin, orientation, version) < 0) {
+    throw std::runtime_error("scan '" + path + "': got a damaged " + format + " file");
+  }
+  return blob;
+}
+
+ScanPoints readWithPcl(const std::string& path, bool pcd) {
   pcl::PointCloud<pcl::PointXYZ> cloud;
-  pcl::fromPCLPointCloud2(blob, cloud);
+  try {
+    pcl::fromPCLPointCloud2(
+        pcd ? readBlob<pcl::PCDReader>(path, "PCD") : readBlob<pcl::PLYReader>(path, "PLY"), cloud);
+  } catch (const pcl::PCLException& error) {
+    throw std::runtime_error("scan '" + path + "': " + error.what());
+  }
   ScanPoints points(3, static_cast<Eigen::Index>(cloud.size()));
   for (Eigen::Index n = 0; n < points.cols(); ++n)
     points.col(n) = cloud[static_cast<std::size_t>(n)].getVector3fMap();

@@ -83,6 +83,10 @@ TEST(Compress, KeepsToATargetError) {
   o.target_surface_error = 0.01;
   const BuiltMap built = compress(room(), {}, o);
   EXPECT_LE(built.report.surface_rms, 0.01);
+  ASSERT_GT(built.report.rank1, 1);
+  BuildOptions smaller = options();
+  smaller.max_rank = std::to_string(built.report.rank1 - 1);
+  EXPECT_GT(compress(room(), {}, smaller).report.surface_rms, 0.01) << "a rank less would do";
 }
 
 TEST(Compress, SaysWhatABudgetCannotReach) {

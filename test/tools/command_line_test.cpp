@@ -133,12 +133,15 @@ TEST_F(CommandLineTest, RefusesWrongUsageAndSaysWhat) {
   EXPECT_NE(error({"x", "--count", "two"}).find("count"), std::string::npos);
   EXPECT_NE(error({"x", "--count", "1", "--count", "2"}).find("count"), std::string::npos);
   EXPECT_NE(error({"x", "y"}).find("too many"), std::string::npos);
+  EXPECT_NE(error({}).find("FILE"), std::string::npos);
 }
 
 TEST_F(CommandLineTest, RefusesOptionsOutOfRangeWithKeyValueAndRange) {
   const auto text = error({"x", "--top-speed", "11"});
   for (const char* part : {"top_speed", "11", "0 to 10", "m/s"})
     EXPECT_NE(text.find(part), std::string::npos) << text;
+  EXPECT_NE(error({"x", "--fuel", "coal"}).find("diesel"), std::string::npos);
+  EXPECT_NE(error({"x", "--gears", "2.5"}).find("integer"), std::string::npos);
 }
 
 TEST_F(CommandLineTest, HelpNamesFlagsDefaultsUnitsAndRanges) {

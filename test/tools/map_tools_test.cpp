@@ -92,7 +92,7 @@ TEST_F(MapTools, QueryNearestTakesTheVoxelsValue) {
   EXPECT_NEAR(std::stod(trilinear.out), 0.38, 1e-3);
 }
 
-TEST_F(MapTools, ConvertLowersRanks) {
+TEST_F(MapTools, ConvertLowersRanksCutsAndJoins) {
   const auto out = *folder_ / "out.ttsdf";
   auto run =
       runProcess("ttsdf_convert", {path(), "--output", out, "--max-rank", "12,9", "--encoding", "float16"});
@@ -102,6 +102,15 @@ TEST_F(MapTools, ConvertLowersRanks) {
   const auto low = deserialize(bytes.data(), bytes.size());
   EXPECT_EQ(low.train.rank1(), 12);
   EXPECT_EQ(low.train.rank2(), 9);
+  const auto left = *folder_ / "left.ttsdf", right = *folder_ / "right.ttsdf";
+  run = runProcess("ttsdf_convert", {path(), "--output", left, "--crop", "-1,-1,-1,1.6,9,9"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  run = runProcess("ttsdf_convert", {path(), "--output", right, "--crop", "1.4,-1,-1,9,9,9"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_LT(loadMap(left).geometry.dims[0], 45);
+  run = runProcess("ttsdf_convert", {left, "--merge", right, "--output", out});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE((loadMap(out).geometry.dims == loadMap(path()).geometry.dims).all());
   expectError(runProcess("ttsdf_convert", {path()}), 2, {"--output"});
   expectError(runProcess("ttsdf_convert", {path(), "--output", out, "--max-rank", "x"}), 2,
               {"--max-rank", "x"});

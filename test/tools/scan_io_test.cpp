@@ -60,6 +60,24 @@ TEST_F(ScanIo, ReadsPlainFloats) {
   EXPECT_EQ(readScan(path("empty.bin")).cols(), 0);
 }
 
+TEST_F(ScanIo, RefusesWhatIsNoScanAndNamesTheFile) {
+  write("odd.bin", "12345");
+  write("text.pcd", "hello");
+  write("noxyz.pcd",
+        "VERSION .7\nFIELDS a b\nSIZE 4 4\nTYPE F F\nCOUNT 1 1\nWIDTH 1\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 "
+        "0\nPOINTS 1\n"
+        "DATA ascii\n1 2\n");
+  write("scan.xyz", "1 2 3\n");
+  for (const char* name : {"odd.bin", "text.pcd", "noxyz.pcd", "scan.xyz", "absent.pcd", "absent.bin"}) {
+    try {
+      readScan(path(name));
+      ADD_FAILURE() << name;
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST_F(ScanIo, BatchListSkipsCommentsAndKeepsNames) {
   write("list.txt", "# scans\n\na.pcd p.txt t.txt\r\n  b.bin -\n c.ply q.txt -\n");
   const auto entries = readBatch(path("list.txt"));
