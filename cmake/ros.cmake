@@ -65,6 +65,7 @@ ttsdf_ros_library(ttsdf_ros
     src/ros/pose_input.cpp
     src/ros/pose_store.cpp
     src/ros/gravity_hint.cpp
+    src/ros/live_parameters.cpp
     src/ros/map_source.cpp
     src/ros/global_worker.cpp
     src/ros/tf_output.cpp
@@ -102,10 +103,36 @@ if(TARGET make_room_map)
 endif()
 foreach(behaviour
     localization localization_nodelet no_odometry external_prior tf_output missing_transforms bad_clouds map_change
-    map_sources initialpose time_jump two_robots lost quiet bad_parameters)
+    map_sources initialpose time_jump two_robots lost quiet bad_parameters robot_example handheld_example)
   ttsdf_rostest(${behaviour}.test DEPENDS test_maps localization_node ttsdf_localization_nodelet
     ARGS map_dir:=${TTSDF_TEST_MAPS})
 endforeach()
+
+ttsdf_unit_test(ros/live_parameters_test.cpp LIBS ttsdf_ros)
+ttsdf_rostest(live_parameters.test SOURCE live_parameters_node_test.cpp LIBS ttsdf_ros
+  DEPENDS test_maps ttsdf_localization_nodelet ARGS map_dir:=${TTSDF_TEST_MAPS})
+
+# ---- a bag without a master ------------------------------------------------------------------------------------------
+find_package(rosbag_storage REQUIRED)
+find_package(image_geometry REQUIRED)  # for depth_image_proc's conversion; not in the libraries of the robot
+ttsdf_library(ttsdf_offline
+  SOURCES
+    src/ros/bag_localizer.cpp
+    src/ros/bag_player.cpp
+    src/ros/depth_to_cloud.cpp
+    src/ros/offline_report.cpp
+    src/ros/offline_run.cpp
+    src/ros/yaml_parameters.cpp
+  PUBLIC ttsdf_ros ${rosbag_storage_LIBRARIES}
+  PRIVATE ttsdf_tools ${image_geometry_LIBRARIES} ${YAML_CPP_LIBRARIES}
+  INCLUDE ${rosbag_storage_INCLUDE_DIRS} ${image_geometry_INCLUDE_DIRS})
+ttsdf_node(offline_localizer SOURCES src/nodes/offline_localizer.cpp LIBS ttsdf_offline ttsdf_tools)
+ttsdf_unit_test(ros/offline_localizer_test.cpp LIBS ttsdf_ros ttsdf_simulation ${rosbag_storage_LIBRARIES})
+if(TARGET ros_offline_localizer_test)
+  target_compile_definitions(ros_offline_localizer_test PRIVATE
+    TTSDF_TOOL_DIR="$<TARGET_FILE_DIR:offline_localizer>" TTSDF_TEST_MAPS="${TTSDF_TEST_MAPS}")
+  add_dependencies(ros_offline_localizer_test offline_localizer test_maps)
+endif()
 
 # ---- map building and map server -------------------------------------------------------------------------------------
 ttsdf_ros_library(ttsdf_map_server
@@ -146,6 +173,13 @@ endif()
 if(TTSDF_BUILD_TESTS AND CATKIN_ENABLE_TESTING)
   add_test(NAME scripts_test COMMAND ${PYTHON_EXECUTABLE} "${CMAKE_CURRENT_SOURCE_DIR}/test/scripts/scripts_test.py")
 endif()
+
+# ---- operator's menu in rviz -----------------------------------------------------------------------------------------
+find_package(interactive_markers REQUIRED)
+ttsdf_ros_library(ttsdf_operator SOURCES src/ros/operator_menu.cpp LIBS ttsdf_ros ${interactive_markers_LIBRARIES})
+ttsdf_node(operator_menu_node SOURCES src/nodes/operator_menu_node.cpp LIBS ttsdf_operator)
+ttsdf_rostest(operator_menu.test DEPENDS test_maps ttsdf_localization_nodelet operator_menu_node
+  ARGS map_dir:=${TTSDF_TEST_MAPS})
 
 # ---- simulation and demo ---------------------------------------------------------------------------------------------
 ttsdf_ros_library(ttsdf_simulation_ros

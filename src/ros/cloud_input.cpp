@@ -26,7 +26,7 @@ std::vector<std::string> neededFrames(const FrameOptions& frames, const std::str
   return needed;
 }
 
-Eigen::Isometry3d lookUp(const tf2_ros::Buffer& buffer, const std::string& target, const std::string& source,
+Eigen::Isometry3d lookUp(const tf2::BufferCore& buffer, const std::string& target, const std::string& source,
                          const ros::Time& stamp) {
   return fromMessage(buffer.lookupTransform(target, source, stamp).transform);
 }
@@ -40,11 +40,11 @@ class CloudInput::Filter : public tf2_ros::MessageFilter<CloudScan> {
 CloudInput::CloudInput(ros::NodeHandle& node, tf2_ros::Buffer& buffer, const FrameOptions& frames,
                        const CloudOptions& cloud, const std::string& prior, Callbacks callbacks)
     : frames_(frames),
-      cloud_options_(cloud),
       callbacks_(std::move(callbacks)),
       buffer_(buffer),
       target_frames_(neededFrames(frames, prior)),
-      uses_odometry_(!frames.odom_frame_id.empty()) {
+      uses_odometry_(!frames.odom_frame_id.empty()),
+      cloud_options_(cloud) {
   filter_ = std::make_unique<Filter>(buffer, "", static_cast<std::uint32_t>(frames.tf_queue_size), node);
   filter_->setTargetFrames(target_frames_);
   filter_->registerCallback(boost::function<void(const boost::shared_ptr<const CloudScan>&)>(
@@ -69,6 +69,12 @@ void CloudInput::clear() {
   filter_->clear();
   const std::lock_guard<std::mutex> lock(mutex_);
   last_ready_stamp_ = last_bridged_stamp_ = ros::Time();
+  waiting_.reset();
+}
+
+void CloudInput::setCloudOptions(const CloudOptions& options) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  cloud_options_ = options;
 }
 
 CloudCounts CloudInput::counts() const {
@@ -91,11 +97,11 @@ std::string CloudInput::checkHeader(const std_msgs::Header& header) const {
 }
 
 void CloudInput::onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
+  CloudOptions options;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    options = cloud_options_;
     ++counts_.received;
-    counts_.last_stamp = cloud->header.stamp;
-    counts_.frame_id = withoutLeadingSlash(cloud->header.frame_id);
     counts_.last_arrival = ros::WallTime::now();
   }
   if (!callbacks_.arrived(cloud->header)) return;
@@ -104,7 +110,7 @@ void CloudInput::onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
   scan->header.frame_id = withoutLeadingSlash(cloud->header.frame_id);
   std::string problem = checkHeader(scan->header);
   try {
-    if (problem.empty()) scan->points = convertCloud(*cloud, cloud_options_).points;
+    if (problem.empty()) scan->points = convertCloud(*cloud, options).points;
   } catch (const std::exception& error) {
     problem = error.what();
   }
@@ -116,6 +122,10 @@ void CloudInput::onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
     callbacks_.refused(cloud->header, Status::REASON_BAD_CLOUD, problem);
     return;
   }
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    waiting_ = scan->header;
+  }
   filter_->add(boost::shared_ptr<const CloudScan>(scan));
   goOnWithoutOdometry(scan);
 }
@@ -125,6 +135,7 @@ void CloudInput::onReady(const boost::shared_ptr<const CloudScan>& scan) {
     const std::lock_guard<std::mutex> lock(mutex_);
     counts_.last_ready = ros::WallTime::now();
     if (scan->header.stamp > last_ready_stamp_) last_ready_stamp_ = scan->header.stamp;
+    noLongerWaiting(scan->header);
   }
   callbacks_.ready(scan, true);
 }
@@ -137,6 +148,12 @@ void CloudInput::onDropped(const boost::shared_ptr<const CloudScan>& scan, const
     if (scan->header.stamp <= last_bridged_stamp_) return;
   }
   callbacks_.refused(scan->header, Status::REASON_NO_TRANSFORM, why + whyWaiting());
+  const std::lock_guard<std::mutex> lock(mutex_);
+  noLongerWaiting(scan->header);
+}
+
+void CloudInput::noLongerWaiting(const std_msgs::Header& header) {
+  if (waiting_ && header.stamp >= waiting_->stamp) waiting_.reset();
 }
 
 void CloudInput::goOnWithoutOdometry(const boost::shared_ptr<const CloudScan>& scan) {
@@ -155,23 +172,28 @@ void CloudInput::goOnWithoutOdometry(const boost::shared_ptr<const CloudScan>& s
     const std::lock_guard<std::mutex> lock(mutex_);
     counts_.last_ready = ros::WallTime::now();
     last_bridged_stamp_ = scan->header.stamp;
+    noLongerWaiting(scan->header);
   }
   callbacks_.ready(scan, false);
 }
 
 std::string CloudInput::whyWaiting() const {
-  const CloudCounts counts = this->counts();
-  if (counts.received == 0) return {};
+  std::optional<std_msgs::Header> cloud;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    cloud = waiting_;
+  }
+  if (!cloud) return {};
   for (const std::string& target : target_frames_) {
     std::string why;
-    if (!buffer_.canTransform(target, counts.frame_id, counts.last_stamp, &why)) {
-      return "; no transform '" + counts.frame_id + "' -> '" + target + "' at the cloud's stamp: " + why;
+    if (!buffer_.canTransform(target, cloud->frame_id, cloud->stamp, &why)) {
+      return "; no transform '" + cloud->frame_id + "' -> '" + target + "' at the cloud's stamp: " + why;
     }
   }
   return {};
 }
 
-LocalizerScan withTransforms(const CloudScan& scan, bool odometry, const tf2_ros::Buffer& buffer,
+LocalizerScan withTransforms(const CloudScan& scan, bool odometry, const tf2::BufferCore& buffer,
                              const FrameOptions& frames, const std::string& prior) {
   LocalizerScan result;
   const ros::Time stamp = scan.header.stamp;

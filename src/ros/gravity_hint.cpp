@@ -19,13 +19,9 @@ std::string levelFrame(const GravityOptions& gravity, const FrameOptions& frames
 }
 }  // namespace
 
-GravityHint::GravityHint(ros::NodeHandle& node, const GravityOptions& options, const FrameOptions& frames,
-                         const tf2_ros::Buffer& buffer)
-    : options_(options), level_frame_(levelFrame(options, frames)), buffer_(buffer) {
-  if (options_.gravity_source == "imu") {
-    subscriber_ = node.subscribe<sensor_msgs::Imu>("imu", 50, &GravityHint::onImu, this);
-  }
-}
+GravityHint::GravityHint(const GravityOptions& options, const FrameOptions& frames,
+                         const tf2::BufferCore& buffer)
+    : options_(options), level_frame_(levelFrame(options, frames)), buffer_(buffer) {}
 
 std::optional<Eigen::Vector3d> GravityHint::down(const std::string& sensor_frame,
                                                  const ros::Time& stamp) const {
@@ -41,18 +37,18 @@ std::optional<Eigen::Vector3d> GravityHint::down(const std::string& sensor_frame
   return std::nullopt;
 }
 
-void GravityHint::onImu(const sensor_msgs::ImuConstPtr& imu) {
-  const auto& a = imu->linear_acceleration;
+void GravityHint::add(const sensor_msgs::Imu& imu) {
+  const auto& a = imu.linear_acceleration;
   const Eigen::Vector3d force(a.x, a.y, a.z);
   if (!force.allFinite()) return;
   const std::lock_guard<std::mutex> lock(mutex_);
-  const std::string frame = withoutLeadingSlash(imu->header.frame_id);
-  const double seconds = (imu->header.stamp - imu_stamp_).toSec();
+  const std::string frame = withoutLeadingSlash(imu.header.frame_id);
+  const double seconds = (imu.header.stamp - imu_stamp_).toSec();
   const bool fresh = frame != imu_frame_ || seconds <= 0.0 || seconds > 10.0 * kImuTimeConstant;
   const double gain = fresh ? 1.0 : 1.0 - std::exp(-seconds / kImuTimeConstant);
   imu_force_ += gain * (force - imu_force_);
   imu_frame_ = frame;
-  imu_stamp_ = imu->header.stamp;
+  imu_stamp_ = imu.header.stamp;
 }
 
 std::optional<Eigen::Vector3d> GravityHint::rotated(const Eigen::Vector3d& direction, const std::string& from,

@@ -117,6 +117,16 @@ ParameterSet localizationParameters(LocalizationRosOptions& options) {
   return set;
 }
 
+bool isLive(const std::string& key) {
+  if (key == "motion/prior") return false;  // decides which transforms are waited for
+  if (key == "tf_rate" || key == "transform_tolerance" || key == "quiet_warning_seconds") return true;
+  const std::string group = key.substr(0, key.find('/'));
+  for (const char* live : {"cloud", "gates", "motion", "recovery", "search", "global"}) {
+    if (group == live) return true;
+  }
+  return false;
+}
+
 std::string localizationYaml() {
   LocalizationRosOptions defaults;
   return localizationParameters(defaults).toYaml(

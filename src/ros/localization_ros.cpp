@@ -38,9 +38,10 @@ LocalizationRos::LocalizationRos(const ros::NodeHandle& node, const ros::NodeHan
       options_(loadLocalizationOptions(private_node)),
       tf_output_(node_, tfOptions(options_)),
       output_(node_, options_.frames, options_.output),
-      gravity_(node_, options_.gravity, options_.frames, tf_buffer_),
+      gravity_(options_.gravity, options_.frames, tf_buffer_),
       diagnostics_(node_, private_node_, name),
       localizer_(options_.localizer),
+      quiet_limit_(options_.output.quiet_warning_seconds),
       started_(ros::WallTime::now()) {
   global_worker_ = std::make_unique<GlobalWorker>(
       GlobalWorker::Callbacks{[this](double share) { onGlobalProgress(share); },
@@ -49,6 +50,8 @@ LocalizationRos::LocalizationRos(const ros::NodeHandle& node, const ros::NodeHan
   subscribe();
   advertise();
   startTimers();
+  live_parameters_ = std::make_unique<LiveParameters>(
+      service_node_, options_, [this](const LocalizationRosOptions& options) { applyLive(options); });
   registration_thread_ = std::thread(&LocalizationRos::runRegistration, this);
   input_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &input_queue_);
   service_spinner_ = std::make_unique<ros::AsyncSpinner>(2, &service_queue_);
@@ -60,7 +63,9 @@ LocalizationRos::~LocalizationRos() {
   // From the outside in: first nothing comes in any more, then what runs ends, then the rest goes.
   stopping_ = true;
   for (ros::ServiceServer& service : services_) service.shutdown();
+  live_parameters_->shutdown();
   initial_pose_subscriber_.shutdown();
+  imu_subscriber_.shutdown();
   tf_timer_.stop();
   watch_timer_.stop();
   global_worker_->cancel();
@@ -93,6 +98,10 @@ void LocalizationRos::subscribe() {
         ROS_ERROR_STREAM_NAMED(name_, message);
         refuse(std_msgs::Header(), Status::REASON_NO_MAP, message);
       });
+  if (gravity_.wantsImu()) {
+    imu_subscriber_ = node_.subscribe<sensor_msgs::Imu>(
+        "imu", 50, [this](const sensor_msgs::ImuConstPtr& imu) { gravity_.add(*imu); });
+  }
   initial_pose_subscriber_ = node_.subscribe("initialpose", 2, &LocalizationRos::onInitialPose, this);
 }
 
@@ -223,6 +232,15 @@ void LocalizationRos::putMapIntoUse(LoadedMap map) {
   status.state = statusState(localizer_.state());
   status.message = "map " + map_id_ + " is in use";
   publishStatus(std::move(status), std_msgs::Header());
+}
+
+void LocalizationRos::applyLive(const LocalizationRosOptions& options) {
+  clouds_->setCloudOptions(options.cloud);
+  tf_output_.setTiming(options.frames.transform_tolerance, options.frames.tf_rate);
+  tf_timer_.setPeriod(ros::WallDuration(1.0 / options.frames.tf_rate));
+  quiet_limit_ = options.output.quiet_warning_seconds;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  localizer_.setOptions(options.localizer);
 }
 
 ros::Publisher publishRefusal(ros::NodeHandle node, const std::string& message) {

@@ -46,10 +46,12 @@ void LocalizationRos::startGlobal(const SeenScan& seen) {
   if (stopping_ || global_worker_->running()) return;
   tf_output_.stop();
   const auto down = gravity_.down(seen.header.frame_id, seen.header.stamp);
-  ROS_INFO_STREAM_NAMED(name_,
-                        name_ << ": global localization " << (down ? "with" : "without") << " gravity");
   global_outcome_.reset();
   global_worker_->start(localizer_.beginGlobal(seen.scan, down));
+  Status status;
+  status.state = statusState(localizer_.state());
+  status.message = std::string("global localization ") + (down ? "with" : "without") + " gravity";
+  publishStatus(std::move(status), std_msgs::Header());
 }
 
 void LocalizationRos::onGlobalProgress(double share) {

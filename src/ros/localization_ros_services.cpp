@@ -84,6 +84,7 @@ bool LocalizationRos::globalLocalization(ttsdf_localization::GlobalLocalization:
   return answer(response, [&] {
     if (request.cancel) {
       response.success = global_worker_->cancel();
+      global_worker_->wait();  // "cancelled" means that the next one can start
       response.message = response.success ? "cancelled" : "no global localization is running";
       return;
     }

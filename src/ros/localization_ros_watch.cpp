@@ -50,7 +50,7 @@ void LocalizationRos::timeJumpedBack(const std::string& why) {
 void LocalizationRos::warnWhenQuiet() {
   const CloudCounts counts = clouds_->counts();
   const ros::WallTime now = ros::WallTime::now();
-  const double limit = options_.output.quiet_warning_seconds;
+  const double limit = quiet_limit_;
   const double quiet = (now - std::max(started_, counts.last_arrival)).toSec();
   const double stuck = (now - std::max(started_, counts.last_ready)).toSec();
   const bool warned = (now - last_quiet_warning_).toSec() < limit;
@@ -81,7 +81,7 @@ void LocalizationRos::updateDiagnostics() {
   DiagnosticsSnapshot snapshot;
   snapshot.clouds = clouds_->counts();
   snapshot.cloud_topic = clouds_->topic();
-  snapshot.quiet_limit = options_.output.quiet_warning_seconds;
+  snapshot.quiet_limit = quiet_limit_;
   const double stuck = (ros::WallTime::now() - std::max(started_, snapshot.clouds.last_ready)).toSec();
   if (stuck > kTransformPatience) snapshot.why_waiting = clouds_->whyWaiting();
   snapshot.tf_wanted = options_.frames.tf_broadcast;

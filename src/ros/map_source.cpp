@@ -12,6 +12,37 @@
 
 namespace ttsdf {
 
+LoadedMap prepareMap(const std::vector<std::uint8_t>& bytes, const MapSourceOptions& options,
+                     const RegistrationOptions& registration) {
+  const MapFileInfo info = fileInfo(bytes.data(), bytes.size());
+  const TtSdfMap map = deserialize(bytes.data(), bytes.size());
+  TtFieldOptions field_options;
+  field_options.cache_megabytes = options.cache_megabytes;
+  std::shared_ptr<TtDistanceField> field = makeField(map, field_options);
+  field->warmUp();  // or the first scan would pay for it
+  LoadedMap loaded;
+  loaded.map_id = info.map_id;
+  loaded.frame_id = map.frame_id;
+  loaded.file_bytes = info.file_bytes;
+  std::ostringstream text;
+  text << "map " << info.map_id << ": " << map.geometry.dims.transpose() << " voxels of "
+       << map.geometry.voxel_size << " m, ranks " << map.train.rank1() << ' ' << map.train.rank2() << ", "
+       << info.file_bytes << " bytes (" << name(info.encoding) << "), " << field->memoryBytes()
+       << " bytes in memory";
+  loaded.summary = text.str();
+  loaded.map = Localizer::prepare(std::move(field), registration);
+  return loaded;
+}
+
+LoadedMap prepareMapFile(const std::string& path, const MapSourceOptions& options,
+                         const RegistrationOptions& registration) {
+  try {
+    return prepareMap(readFile(path), options, registration);
+  } catch (const MapFormatError& error) {
+    throw std::runtime_error("map file '" + path + "': " + error.what());
+  }
+}
+
 MapSource::MapSource(ros::NodeHandle& node, const MapSourceOptions& options,
                      const RegistrationOptions& registration, LoadedCallback loaded, FailedCallback failed)
     : options_(options),
@@ -32,35 +63,6 @@ MapSource::~MapSource() {
   subscriber_.shutdown();
   jobs_.close();
   thread_.join();
-}
-
-LoadedMap MapSource::prepare(const std::vector<std::uint8_t>& bytes) const {
-  const MapFileInfo info = fileInfo(bytes.data(), bytes.size());
-  const TtSdfMap map = deserialize(bytes.data(), bytes.size());
-  TtFieldOptions field_options;
-  field_options.cache_megabytes = options_.cache_megabytes;
-  std::shared_ptr<TtDistanceField> field = makeField(map, field_options);
-  field->warmUp();  // or the first scan would pay for it
-  LoadedMap loaded;
-  loaded.map_id = info.map_id;
-  loaded.frame_id = map.frame_id;
-  loaded.file_bytes = info.file_bytes;
-  std::ostringstream text;
-  text << "map " << info.map_id << ": " << map.geometry.dims.transpose() << " voxels of "
-       << map.geometry.voxel_size << " m, ranks " << map.train.rank1() << ' ' << map.train.rank2() << ", "
-       << info.file_bytes << " bytes (" << name(info.encoding) << "), " << field->memoryBytes()
-       << " bytes in memory";
-  loaded.summary = text.str();
-  loaded.map = Localizer::prepare(std::move(field), registration_);
-  return loaded;
-}
-
-LoadedMap MapSource::prepareFile(const std::string& path) const {
-  try {
-    return prepare(readFile(path));
-  } catch (const MapFormatError& error) {
-    throw std::runtime_error("map file '" + path + "': " + error.what());
-  }
 }
 
 void MapSource::put(Job job) { jobs_.put(std::move(job)); }

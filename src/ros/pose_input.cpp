@@ -8,7 +8,7 @@ namespace ttsdf {
 
 namespace {
 
-Eigen::Isometry3d toMapFrame(const tf2_ros::Buffer& buffer, const std::string& map, const std::string& frame,
+Eigen::Isometry3d toMapFrame(const tf2::BufferCore& buffer, const std::string& map, const std::string& frame,
                              const ros::Time& stamp) {
   if (!stamp.isZero()) {
     try {
@@ -23,7 +23,7 @@ Eigen::Isometry3d toMapFrame(const tf2_ros::Buffer& buffer, const std::string& m
 
 }  // namespace
 
-PoseRequest readPose(const geometry_msgs::PoseWithCovarianceStamped& message, const tf2_ros::Buffer& buffer,
+PoseRequest readPose(const geometry_msgs::PoseWithCovarianceStamped& message, const tf2::BufferCore& buffer,
                      const FrameOptions& frames, const std::string& source) {
   PoseRequest request;
   request.stamp = message.header.stamp;
@@ -59,7 +59,7 @@ PoseRequest startPose(const StartPoseOptions& options) {
   return request;
 }
 
-PoseGuess withOdometry(const PoseRequest& request, const tf2_ros::Buffer& buffer,
+PoseGuess withOdometry(const PoseRequest& request, const tf2::BufferCore& buffer,
                        const FrameOptions& frames) {
   PoseGuess guess = request.guess;
   if (request.stamp.isZero()) return guess;

@@ -65,6 +65,12 @@ void TfOutput::timeJumped() {
   last_stamp_ = last_sent_ = updated_ = ros::Time();
 }
 
+void TfOutput::setTiming(double tolerance, double rate) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!options_.extrapolate) options_.tolerance = tolerance;
+  options_.rate = rate;
+}
+
 bool TfOutput::active() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return T_parent_child_.has_value();

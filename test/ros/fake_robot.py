@@ -8,7 +8,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
 
 import room
@@ -76,17 +76,46 @@ def cloud_message(points, frame, stamp):
     return message
 
 
+def depth_messages(points, frame, stamp):
+    """Depth image (32FC1) and camera_info of an organised scan of the room."""
+    height, width = points.shape[:2]
+    image = Image(height=height, width=width, encoding='32FC1', step=4 * width)
+    image.header.frame_id, image.header.stamp = frame, stamp
+    image.data = np.ascontiguousarray(points[:, :, 2], dtype=np.float32).tobytes()
+    info = CameraInfo(header=image.header, height=height, width=width, distortion_model='plumb_bob', D=[0.0] * 5)
+    f, cx, cy = room.FOCAL * width, 0.5 * (width - 1), 0.5 * (height - 1)
+    info.K = [f, 0, cx, 0, f, cy, 0, 0, 1]
+    info.R = [1, 0, 0, 0, 1, 0, 0, 0, 1]
+    info.P = [f, 0, cx, 0, 0, f, cy, 0, 0, 0, 1, 0]
+    return image, info
+
+
 def errors(T, truth):
     """Distance [m] and angle [rad] between two poses."""
     D = np.linalg.inv(truth) @ T
     return np.linalg.norm(D[:3, 3]), np.arccos(np.clip((np.trace(D[:3, :3]) - 1.0) / 2.0, -1.0, 1.0))
 
 
+class StaticTransforms:
+    """Latched for late listeners. One for all robots of a test: publishers of one topic share their latched message."""
+    _publisher, _transforms = None, []
+
+    @classmethod
+    def send(cls, message):
+        if cls._publisher is None:
+            cls._publisher = rospy.Publisher('/tf_static', TFMessage, queue_size=5, latch=True)
+        cls._transforms.append(message)
+        cls._publisher.publish(cls._transforms)
+
+
 class FakeRobot:
     """Publishes odometry TF and clouds at 10 Hz from a thread; what it does is changed by its fields."""
 
-    def __init__(self, prefix='', cloud='cloud', odom='odom', start=START, rate=10.0):
-        self.frames = {name: prefix + name for name in ('odom', 'base_link', 'camera')}
+    def __init__(self, prefix='', cloud='cloud', odom='odom', start=START, rate=10.0, mount=True, depth_image=None,
+                 camera_info=None, camera='camera'):
+        """mount: publish where the camera sits; depth_image, camera_info: topics to publish on instead of clouds."""
+        self.frames = {name: prefix + name for name in ('odom', 'base_link')}
+        self.frames['camera'] = prefix + camera
         self.odom = odom
         self.T_map_base = start
         self.T_map_odom = room.pose(0.3, -0.2, 0.0, 0.1)
@@ -100,10 +129,11 @@ class FakeRobot:
         self._scans = {}
         self._lock = threading.RLock()
         self._tf = rospy.Publisher('/tf', TFMessage, queue_size=50)
-        self._tf_static = rospy.Publisher('/tf_static', TFMessage, queue_size=5, latch=True)
-        self._clouds = rospy.Publisher(cloud, PointCloud2, queue_size=2)
-        self._tf_static.publish([transform(self.frames['base_link'], self.frames['camera'], room.T_BASE_CAMERA,
-                                           rospy.Time.now())])
+        self._info = rospy.Publisher(camera_info, CameraInfo, queue_size=2) if depth_image else None
+        self._clouds = rospy.Publisher(depth_image or cloud, Image if depth_image else PointCloud2, queue_size=2)
+        if mount:
+            StaticTransforms.send(transform(self.frames['base_link'], self.frames['camera'], room.T_BASE_CAMERA,
+                                            rospy.Time.now()))
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -139,8 +169,16 @@ class FakeRobot:
                 self._tf.publish([transform(self.odom, self.frames['base_link'], T_odom_base, stamp)])
             if self.send_clouds:
                 self.truth[stamp.to_nsec()] = self.T_map_base.copy()
-                self._clouds.publish(cloud_message(self.points(), self.frames['camera'], stamp))
+                self._publish_scan(stamp)
             self._count += 1
+
+    def _publish_scan(self, stamp):
+        if self._info is None:
+            self._clouds.publish(cloud_message(self.points(), self.frames['camera'], stamp))
+            return
+        image, info = depth_messages(self.points(), self.frames['camera'], stamp)
+        self._info.publish(info)
+        self._clouds.publish(image)
 
     def points(self):
         key = tuple(np.round(self.T_map_base.ravel(), 9))

@@ -41,9 +41,12 @@ T_BASE_CAMERA[:3, :3] = rotation(0.0, 0.1) @ np.array([[0.0, 0.0, 1.0], [-1.0, 0
 T_BASE_CAMERA[:3, 3] = [0.15, 0.0, 1.2]
 
 
+FOCAL = 0.866  # of the camera, in widths of its image
+
+
 def scan(T_map_camera, width=64, height=48):
     """Points of a pinhole camera of 60 x 47 degrees in the camera frame, float32, height x width x 3."""
-    focal = 0.866 * width
+    focal = FOCAL * width
     u, v = np.meshgrid(np.arange(width), np.arange(height))
     rays = np.stack([(u - 0.5 * (width - 1)) / focal, (v - 0.5 * (height - 1)) / focal, np.ones(u.shape)], axis=-1)
     rays = (rays / np.linalg.norm(rays, axis=-1, keepdims=True)).reshape(-1, 3)

@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,8 @@ class CloudInput {
 
   /// Forgets what waits (a time jump).
   void clear();
+  /// For the clouds from now on.
+  void setCloudOptions(const CloudOptions& options);
   CloudCounts counts() const;
   std::string topic() const;
   /// Frames a scan needs, besides its own.
@@ -66,26 +69,28 @@ class CloudInput {
   void onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud);
   void onReady(const boost::shared_ptr<const CloudScan>& scan);
   void onDropped(const boost::shared_ptr<const CloudScan>& scan, const std::string& why);
+  void noLongerWaiting(const std_msgs::Header& header);
   void goOnWithoutOdometry(const boost::shared_ptr<const CloudScan>& scan);
   std::string checkHeader(const std_msgs::Header& header) const;
 
   const FrameOptions frames_;
-  const CloudOptions cloud_options_;
   const Callbacks callbacks_;
   tf2_ros::Buffer& buffer_;
   std::vector<std::string> target_frames_;
   bool uses_odometry_ = false;
 
   mutable std::mutex mutex_;
+  CloudOptions cloud_options_;
   CloudCounts counts_;
-  ros::Time last_ready_stamp_;    ///< newest scan with all its transforms; zero: none yet
-  ros::Time last_bridged_stamp_;  ///< newest scan that went on without odometry
+  ros::Time last_ready_stamp_;               ///< newest scan with all its transforms; zero: none yet
+  std::optional<std_msgs::Header> waiting_;  ///< newest cloud, while it waits for its transforms
+  ros::Time last_bridged_stamp_;             ///< newest scan that went on without odometry
   std::unique_ptr<Filter> filter_;
   ros::Subscriber subscriber_;
 };
 
 /// The transforms of a scan, as the localizer wants them. Throws tf2::TransformException.
-LocalizerScan withTransforms(const CloudScan& scan, bool odometry, const tf2_ros::Buffer& buffer,
+LocalizerScan withTransforms(const CloudScan& scan, bool odometry, const tf2::BufferCore& buffer,
                              const FrameOptions& frames, const std::string& prior);
 
 }  // namespace ttsdf

@@ -1,9 +1,8 @@
 #pragma once
 // Which way is down in the frame of a scan: from a level frame, from an IMU, or from a parameter.
 
-#include <ros/node_handle.h>
 #include <sensor_msgs/Imu.h>
-#include <tf2_ros/buffer.h>
+#include <tf2/buffer_core.h>
 
 #include <mutex>
 #include <optional>
@@ -15,22 +14,23 @@ namespace ttsdf {
 
 class GravityHint {
  public:
-  /// Subscribes to `imu` where the options ask for it.
-  GravityHint(ros::NodeHandle& node, const GravityOptions& options, const FrameOptions& frames,
-              const tf2_ros::Buffer& buffer);
+  /// `buffer` must outlive this.
+  GravityHint(const GravityOptions& options, const FrameOptions& frames, const tf2::BufferCore& buffer);
+
+  bool wantsImu() const { return options_.gravity_source == "imu"; }
+  /// An IMU at rest or moving gently.
+  void add(const sensor_msgs::Imu& imu);
 
   /// Unit vector in the sensor frame at `stamp`; empty if unknown.
   std::optional<Eigen::Vector3d> down(const std::string& sensor_frame, const ros::Time& stamp) const;
 
  private:
-  void onImu(const sensor_msgs::ImuConstPtr& imu);
   std::optional<Eigen::Vector3d> rotated(const Eigen::Vector3d& direction, const std::string& from,
                                          const std::string& to, const ros::Time& stamp) const;
 
   const GravityOptions options_;
   const std::string level_frame_;
-  const tf2_ros::Buffer& buffer_;
-  ros::Subscriber subscriber_;
+  const tf2::BufferCore& buffer_;
   mutable std::mutex mutex_;
   std::string imu_frame_;
   ros::Time imu_stamp_;

@@ -71,6 +71,10 @@ const OptionTable<OutputOptions>& outputOptionTable();
 /// Registers every option under the keys of the YAML file; `options` must outlive the set.
 ParameterSet localizationParameters(LocalizationRosOptions& options);
 
+/// True for what may change while the localizer runs: gates, rates, budgets; not frames, topics and the map's
+/// registration.
+bool isLive(const std::string& key);
+
 /// config/localization.yaml as it should be: every option with its default and its meaning.
 std::string localizationYaml();
 

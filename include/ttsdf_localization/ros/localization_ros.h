@@ -31,6 +31,7 @@
 #include "ttsdf_localization/ros/cloud_input.h"
 #include "ttsdf_localization/ros/global_worker.h"
 #include "ttsdf_localization/ros/gravity_hint.h"
+#include "ttsdf_localization/ros/live_parameters.h"
 #include "ttsdf_localization/ros/localization_diagnostics.h"
 #include "ttsdf_localization/ros/localization_options.h"
 #include "ttsdf_localization/ros/localization_output.h"
@@ -75,6 +76,7 @@ class LocalizationRos {
   bool onArrived(const std_msgs::Header& header);
   void onReady(const boost::shared_ptr<const CloudScan>& cloud, bool odometry);
   void putMapIntoUse(LoadedMap map);
+  void applyLive(const LocalizationRosOptions& options);
 
   // localization_ros_watch.cpp: time jumps, timers, diagnostics, the saved pose.
   void watch();
@@ -106,7 +108,7 @@ class LocalizationRos {
 
   const std::string name_;
   ros::NodeHandle node_, private_node_, service_node_;
-  const LocalizationRosOptions options_;
+  const LocalizationRosOptions options_;  ///< as at the start; what is live is used from the parts that got it
   ros::CallbackQueue input_queue_, service_queue_;
 
   tf2_ros::Buffer tf_buffer_;
@@ -128,6 +130,7 @@ class LocalizationRos {
   Status status_;  ///< last one published
 
   std::atomic<bool> paused_{false}, stopping_{false};
+  std::atomic<double> quiet_limit_;  ///< [s]
   std::atomic<std::uint32_t> dropped_{0};
   NewestSlot<ReadyScan> scans_;
   ros::WallTime started_, last_quiet_warning_, last_pose_saved_, last_progress_;
@@ -135,8 +138,9 @@ class LocalizationRos {
   std::unique_ptr<CloudInput> clouds_;
   std::unique_ptr<GlobalWorker> global_worker_;
   std::unique_ptr<MapSource> map_source_;
-  ros::Subscriber initial_pose_subscriber_;
+  ros::Subscriber initial_pose_subscriber_, imu_subscriber_;
   std::vector<ros::ServiceServer> services_;
+  std::unique_ptr<LiveParameters> live_parameters_;
   ros::WallTimer tf_timer_, watch_timer_;
   std::unique_ptr<ros::AsyncSpinner> input_spinner_, service_spinner_;
   std::thread registration_thread_;

@@ -29,6 +29,13 @@ struct LoadedMap {
   std::size_t file_bytes = 0;
 };
 
+/// Decodes, checks and prepares. Throws MapFormatError.
+LoadedMap prepareMap(const std::vector<std::uint8_t>& bytes, const MapSourceOptions& options,
+                     const RegistrationOptions& registration);
+/// The same from a file. Throws std::runtime_error naming it.
+LoadedMap prepareMapFile(const std::string& path, const MapSourceOptions& options,
+                         const RegistrationOptions& registration);
+
 class MapSource {
  public:
   using LoadedCallback = std::function<void(LoadedMap)>;
@@ -39,9 +46,13 @@ class MapSource {
             LoadedCallback loaded, FailedCallback failed);
   ~MapSource();
 
-  /// Decodes, checks and prepares; in the caller's thread. Throws MapFormatError or std::runtime_error.
-  LoadedMap prepare(const std::vector<std::uint8_t>& bytes) const;
-  LoadedMap prepareFile(const std::string& path) const;
+  /// In the caller's thread.
+  LoadedMap prepare(const std::vector<std::uint8_t>& bytes) const {
+    return prepareMap(bytes, options_, registration_);
+  }
+  LoadedMap prepareFile(const std::string& path) const {
+    return prepareMapFile(path, options_, registration_);
+  }
 
  private:
   using Job = std::function<LoadedMap()>;

@@ -25,6 +25,17 @@ std::string comment(const std::string& description, const std::string& unit, dou
 /// What a node reads from its private namespace.
 class ParameterSet {
  public:
+  struct Entry {
+    std::string group, name;
+    std::string description, unit;
+    double min = 0.0, max = 0.0;       ///< range of numbers
+    std::vector<std::string> choices;  ///< allowed texts; empty: any
+    std::string comment;               ///< what it means, unit and range
+    std::function<OptionValue()> get;
+    std::function<void(const OptionValue&)> set;  ///< throws std::invalid_argument
+    std::string key() const { return group.empty() ? name : group + "/" + name; }
+  };
+
   /// Registers every option of `options` (which must outlive this) below `group` ("" or "registration" ...).
   template <class Options>
   void add(const std::string& group, Options& options, const OptionTable<Options>& table) {
@@ -32,6 +43,11 @@ class ParameterSet {
       Entry entry;
       entry.group = group;
       entry.name = row.name;
+      entry.description = row.description;
+      entry.unit = row.unit;
+      entry.min = row.min;
+      entry.max = row.max;
+      entry.choices = row.choices;
       entry.comment = parameter_detail::comment(row.description, row.unit, row.min, row.max, row.choices,
                                                 row.get(options));
       entry.get = [&options, get = row.get] { return get(options); };
@@ -51,6 +67,9 @@ class ParameterSet {
   void load(const XmlRpc::XmlRpcValue& tree, const std::string& where) const;
 
   std::vector<std::string> keys() const;
+  const std::vector<Entry>& entries() const { return entries_; }
+  /// Null for a key nobody knows.
+  const Entry* find(const std::string& key) const;
 
   /// A YAML file with every option, its value and what it means. `title` and `group_comments` (by group; ""
   /// is the top) are plain text, put into comments.
@@ -58,15 +77,6 @@ class ParameterSet {
                      const std::map<std::string, std::string>& group_comments) const;
 
  private:
-  struct Entry {
-    std::string group, name;
-    std::string comment;  ///< what it means, unit and range
-    std::function<OptionValue()> get;
-    std::function<void(const OptionValue&)> set;
-    std::string key() const { return group.empty() ? name : group + "/" + name; }
-  };
-
-  const Entry* find(const std::string& key) const;
   void visit(const XmlRpc::XmlRpcValue& tree, const std::string& prefix,
              std::vector<std::string>& problems) const;
   std::string nearestKey(const std::string& key) const;

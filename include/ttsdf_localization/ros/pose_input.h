@@ -2,7 +2,7 @@
 // initialpose and its relatives: checked, taken to the map frame, and moved on to the next scan by odometry.
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
-#include <tf2_ros/buffer.h>
+#include <tf2/buffer_core.h>
 
 #include <string>
 
@@ -21,7 +21,7 @@ struct PoseRequest {
 /// Any frame (transformed at the message's stamp, else with the newest transform); an empty one is taken for
 /// the map's and gives a warning. Throws std::invalid_argument for NaN, a zero quaternion or a bad
 /// covariance, and tf2::TransformException for a frame without transform.
-PoseRequest readPose(const geometry_msgs::PoseWithCovarianceStamped& message, const tf2_ros::Buffer& buffer,
+PoseRequest readPose(const geometry_msgs::PoseWithCovarianceStamped& message, const tf2::BufferCore& buffer,
                      const FrameOptions& frames, const std::string& source);
 
 /// Start pose of the parameters.
@@ -29,6 +29,6 @@ PoseRequest startPose(const StartPoseOptions& options);
 
 /// Adds the odometry at the request's stamp, so that the motion since then counts; without it the pose is
 /// taken to be true at the next scan.
-PoseGuess withOdometry(const PoseRequest& request, const tf2_ros::Buffer& buffer, const FrameOptions& frames);
+PoseGuess withOdometry(const PoseRequest& request, const tf2::BufferCore& buffer, const FrameOptions& frames);
 
 }  // namespace ttsdf

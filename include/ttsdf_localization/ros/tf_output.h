@@ -39,6 +39,9 @@ class TfOutput {
   /// The clock went back: smaller stamps are right again.
   void timeJumped();
 
+  /// From the next transform on; stamps rise all the same.
+  void setTiming(double tolerance, double rate);
+
   bool active() const;
   /// Stamp of the last transform sent; zero if none was.
   ros::Time lastStamp() const;
@@ -46,9 +49,9 @@ class TfOutput {
  private:
   void send(const Eigen::Isometry3d& T_parent_child, const ros::Time& stamp);
 
-  const Options options_;
   ros::Publisher publisher_;
   mutable std::mutex mutex_;
+  Options options_;
   std::optional<Eigen::Isometry3d> T_parent_child_;
   Vector6d twist_ = Vector6d::Zero();
   ros::Time scan_stamp_, updated_, last_stamp_, last_sent_;

@@ -1,0 +1,139 @@
+// Messages of a bag, in its order, into the localizer.
+
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+#include "ttsdf_localization/ros/conversions.h"
+#include "ttsdf_localization/ros/depth_to_cloud.h"
+#include "ttsdf_localization/ros/offline_run.h"
+
+namespace ttsdf {
+
+namespace {
+
+std::map<std::string, std::string> typesByTopic(const rosbag::Bag& bag) {
+  std::map<std::string, std::string> types;
+  for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections()) {
+    types[withoutLeadingSlash(connection->topic)] = connection->datatype;
+  }
+  return types;
+}
+
+std::string listed(const std::map<std::string, std::string>& types) {
+  std::string text;
+  for (const auto& [topic, type] : types) text += (text.empty() ? "" : ", ") + topic + " (" + type + ")";
+  return text.empty() ? "no topics" : text;
+}
+
+std::vector<std::string> topicsOf(const std::map<std::string, std::string>& types, const std::string& type) {
+  std::vector<std::string> topics;
+  for (const auto& [topic, its_type] : types) {
+    if (its_type == type) topics.push_back(topic);
+  }
+  return topics;
+}
+
+/// The camera_info beside an image topic.
+std::string infoBeside(const std::string& image) {
+  const std::size_t slash = image.rfind('/');
+  return slash == std::string::npos ? "camera_info" : image.substr(0, slash) + "/camera_info";
+}
+
+class Player {
+ public:
+  Player(const BagTopics& topics, BagLocalizer& localizer) : topics_(topics), localizer_(localizer) {}
+
+  void add(const rosbag::MessageInstance& message) {
+    const std::string topic = withoutLeadingSlash(message.getTopic());
+    if (topic == "tf" || topic == "tf_static") {
+      if (const auto tf = message.instantiate<tf2_msgs::TFMessage>()) localizer_.add(*tf, topic == "tf_static");
+    } else if (!topics_.cloud.empty() && topic == topics_.cloud) {
+      if (const auto cloud = message.instantiate<sensor_msgs::PointCloud2>()) localizer_.add(*cloud);
+    } else if (topics_.cloud.empty() && topic == topics_.camera_info) {
+      addInfo(message.instantiate<sensor_msgs::CameraInfo>());
+    } else if (topics_.cloud.empty() && topic == topics_.depth) {
+      addImage(message.instantiate<sensor_msgs::Image>());
+    } else if (topic == topics_.initial_pose) {
+      if (const auto pose = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) localizer_.add(*pose);
+    } else if (topic == topics_.imu) {
+      if (const auto imu = message.instantiate<sensor_msgs::Imu>()) localizer_.add(*imu);
+    }
+    localizer_.advance(message.getTime());
+  }
+
+ private:
+  void addInfo(const sensor_msgs::CameraInfoConstPtr& info) {
+    if (!info) return;
+    info_ = info;
+    if (image_) localizer_.add(*toCloud(image_, *info_));
+    image_.reset();
+  }
+  void addImage(const sensor_msgs::ImageConstPtr& image) {
+    if (!image) return;
+    if (info_) {
+      localizer_.add(*toCloud(image, *info_));
+    } else {
+      image_ = image;  // its camera_info comes next
+    }
+  }
+
+  const BagTopics topics_;
+  BagLocalizer& localizer_;
+  sensor_msgs::CameraInfoConstPtr info_;
+  sensor_msgs::ImageConstPtr image_;
+};
+
+}  // namespace
+
+BagTopics findTopics(const rosbag::Bag& bag, BagTopics wanted) {
+  for (std::string* topic :
+       {&wanted.cloud, &wanted.depth, &wanted.camera_info, &wanted.initial_pose, &wanted.imu}) {
+    *topic = withoutLeadingSlash(*topic);
+  }
+  const auto types = typesByTopic(bag);
+  if (wanted.cloud.empty() && wanted.depth.empty()) {
+    const auto clouds = topicsOf(types, "sensor_msgs/PointCloud2");
+    std::vector<std::string> images;
+    for (const std::string& image : topicsOf(types, "sensor_msgs/Image")) {
+      if (image.find("depth") != std::string::npos && types.count(infoBeside(image))) images.push_back(image);
+    }
+    if (clouds.size() == 1) {
+      wanted.cloud = clouds.front();
+    } else if (clouds.empty() && images.size() == 1) {
+      wanted.depth = images.front();
+    } else {
+      throw std::runtime_error("bag: wanted one topic of clouds, or one of depth images with its camera_info beside "
+                               "it, or --cloud or --depth to say which; got " + listed(types));
+    }
+  }
+  if (wanted.cloud.empty() && wanted.camera_info.empty()) wanted.camera_info = infoBeside(wanted.depth);
+  for (const std::string& topic : {wanted.cloud, wanted.depth, wanted.camera_info}) {
+    if (!topic.empty() && !types.count(topic)) {
+      throw std::runtime_error("bag: no topic '" + topic + "'; got " + listed(types));
+    }
+  }
+  return wanted;
+}
+
+void play(const rosbag::Bag& bag, const BagTopics& topics, BagLocalizer& localizer,
+          const std::function<void(double)>& progress) {
+  const std::vector<std::string> names = {"tf",         "tf_static",        topics.cloud, topics.depth,
+                                          topics.camera_info, topics.initial_pose, topics.imu};
+  rosbag::View view(bag, [&names](const rosbag::ConnectionInfo* connection) {
+    const std::string topic = withoutLeadingSlash(connection->topic);
+    return !topic.empty() && std::find(names.begin(), names.end(), topic) != names.end();
+  });
+  Player player(topics, localizer);
+  std::uint32_t done = 0;
+  for (const rosbag::MessageInstance& message : view) {
+    player.add(message);
+    progress(static_cast<double>(++done) / view.size());
+  }
+  localizer.finish();
+}
+
+}  // namespace ttsdf
