@@ -12,6 +12,7 @@ ttsdf_library(ttsdf_simulation
     src/simulation/depth_noise.cpp
     src/simulation/depth_renderer.cpp
     src/simulation/depth_camera.cpp
+    src/simulation/mesh_renderer.cpp
     src/simulation/trajectory.cpp
     src/simulation/drifting_odometry.cpp
     src/simulation/moving_clutter.cpp
@@ -26,6 +27,7 @@ ttsdf_unit_test(simulation/solid_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/analytic_scene_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/worlds_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/depth_camera_test.cpp LIBS ttsdf_simulation)
+ttsdf_unit_test(simulation/mesh_renderer_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/trajectory_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/drifting_odometry_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/simulated_rig_test.cpp LIBS ttsdf_simulation)

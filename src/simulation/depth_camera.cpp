@@ -1,6 +1,5 @@
 #include "ttsdf_localization/simulation/depth_camera.h"
 
-#include <cmath>
 #include <stdexcept>
 #include <thread>
 
@@ -8,19 +7,6 @@
 #include "row_noise.h"
 
 namespace ttsdf {
-
-namespace {
-
-/// Depth step between neighbours that counts as a discontinuity [share of the depth].
-constexpr double kEdgeStep = 0.05;
-
-bool atEdge(const std::vector<double>& depth, std::size_t u) {
-  const double z = depth[u];
-  const bool left = u > 0 && std::abs(depth[u - 1] - z) > kEdgeStep * z;
-  return left || (u + 1 < depth.size() && std::abs(depth[u + 1] - z) > kEdgeStep * z);
-}
-
-}  // namespace
 
 const OptionTable<DepthCameraOptions>& depthCameraOptionTable() {
   using O = DepthCameraOptions;
@@ -91,7 +77,7 @@ void DepthCamera::readRow(const std::vector<VisibleSolid>& visible, const RowBuf
       return incidenceCosine(visible[static_cast<std::size_t>(row.index[u])], intrinsics_,
                              static_cast<int>(u), v, depth);
     };
-    if (!noise.returns(atEdge(row.depth, u), cosine)) continue;
+    if (!noise.returns(atDepthEdge(row.depth.data(), row.depth.size(), u), cosine)) continue;
     const double reading = noise.measure(depth);
     if (reading >= options_.min_range && reading <= options_.max_range) out[u] = static_cast<float>(reading);
   }

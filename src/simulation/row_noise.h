@@ -2,6 +2,7 @@
 // The noise of one row of one picture. Every row has a random stream of its own, so that a picture does not
 // depend on how its rows are shared among threads.
 
+#include <cmath>
 #include <cstdint>
 #include <random>
 
@@ -27,6 +28,16 @@ class SplitMix {
  private:
   std::uint64_t state_;
 };
+
+/// Depth step between neighbours that counts as a discontinuity [share of the depth].
+inline constexpr double kEdgeStep = 0.05;
+
+/// Whether pixel u of a row of depths (infinity: nothing there) lies at a discontinuity.
+inline bool atDepthEdge(const double* depth, std::size_t width, std::size_t u) {
+  const double z = depth[u];
+  const bool left = u > 0 && std::abs(depth[u - 1] - z) > kEdgeStep * z;
+  return left || (u + 1 < width && std::abs(depth[u + 1] - z) > kEdgeStep * z);
+}
 
 class RowNoise {
  public:
