@@ -9,6 +9,7 @@
 
 #include "ttsdf_localization/mapping/frame_folder.h"
 #include "ttsdf_localization/mapping/map_builder.h"
+#include "ttsdf_localization/mapping/mesh_sampling.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/json_file.h"
 #include "ttsdf_localization/tools/progress.h"
@@ -58,6 +59,13 @@ void check(const Arguments& a) {
     throw ttsdf::UsageError("got --every " + std::to_string(a.every) + " --offset " +
                             std::to_string(a.offset) + ", wanted 0 <= offset < every");
   }
+  if (!a.mesh.empty() && !a.save_vdb.empty()) {
+    throw ttsdf::UsageError("got --save-vdb with --mesh, wanted --frames or --vdb: a mesh is not fused");
+  }
+  if (!a.mesh.empty() && a.build.field == "tsdf") {
+    throw ttsdf::UsageError(
+        "got --field tsdf with --mesh, wanted --clamp-negative and --clamp-positive: a mesh is not fused");
+  }
   if (!(a.depth_scale > 0.0)) throw ttsdf::UsageError("--depth-scale: wanted a number above 0");
   if (!(a.scale > 0.0)) throw ttsdf::UsageError("--scale: wanted a number above 0");
 }
@@ -85,12 +93,26 @@ ttsdf::TsdfVolume fuseFrames(const Arguments& a, ttsdf::Progress& progress, Sour
   return volume;
 }
 
-ttsdf::TsdfVolume loadVolume(const Arguments& a, ttsdf::Progress& progress, Source& source) {
+double secondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+ttsdf::BuiltMap buildFromVolume(const Arguments& a, ttsdf::Progress& progress, Source& source,
+                                const ttsdf::BuildProgress& show) {
   const auto start = std::chrono::steady_clock::now();
-  auto volume =
+  const auto volume =
       a.vdb.empty() ? fuseFrames(a, progress, source) : ttsdf::TsdfVolume::fromVdbFile(a.vdb, a.fusion);
-  source.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return volume;
+  source.seconds = secondsSince(start);
+  if (!a.save_vdb.empty()) volume.saveVdb(a.save_vdb);
+  return ttsdf::buildMap(volume, a.build, show);
+}
+
+ttsdf::BuiltMap buildFromMesh(const Arguments& a, Source& source, const ttsdf::BuildProgress& show) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto field =
+      ttsdf::sampleMesh(ttsdf::readMesh(a.mesh, a.scale), a.fusion.voxel_size, a.build, show);
+  source.seconds = secondsSince(start);
+  return ttsdf::compress(field, a.fusion, a.build, show);
 }
 
 Json::Value report(const ttsdf::BuiltMap& built, const Source& source) {
@@ -122,12 +144,12 @@ int run(int argc, char** argv) {
   check(a);
   ttsdf::Progress progress;
   Source source;
-  const auto volume = loadVolume(a, progress, source);
-  if (!a.save_vdb.empty()) volume.saveVdb(a.save_vdb);
-  const auto built = ttsdf::buildMap(volume, a.build, [&progress](const std::string& step, double share) {
+  const ttsdf::BuildProgress show = [&progress](const std::string& step, double share) {
     progress.update(step, share);
     return true;
-  });
+  };
+  const auto built =
+      a.mesh.empty() ? buildFromVolume(a, progress, source, show) : buildFromMesh(a, source, show);
   ttsdf::writeFileAtomically(a.output, built.bytes);
   if (!a.report.empty()) ttsdf::writeJson(a.report, report(built, source));
   printSummary(built);
