@@ -11,7 +11,10 @@ endforeach()
 ttsdf_library(ttsdf_evaluation
   SOURCES
     src/evaluation/cloud_methods.cpp
+    src/evaluation/fast_global_registration.cpp
+    src/evaluation/feature_methods.cpp
     src/evaluation/field_methods.cpp
+    src/evaluation/map_memory.cpp
     src/evaluation/method_factory.cpp
     src/evaluation/perturbation.cpp
     src/evaluation/scan_set.cpp
@@ -19,14 +22,19 @@ ttsdf_library(ttsdf_evaluation
     src/evaluation/sweep.cpp
     src/evaluation/sweep_log.cpp
     src/evaluation/sweep_summary.cpp
+    src/evaluation/synthetic_frames.cpp
     src/evaluation/trajectory_error.cpp
   PUBLIC ttsdf_core ttsdf_mapping
   PRIVATE ${TTSDF_PCL_LIBRARIES}
   INCLUDE ${PCL_INCLUDE_DIRS})
 # GCC 12 reads vector loads of Eigen, instantiated from PCL's templates, as out of bounds.
-set_source_files_properties(src/evaluation/cloud_methods.cpp PROPERTIES COMPILE_OPTIONS -Wno-array-bounds)
+set_source_files_properties(src/evaluation/cloud_methods.cpp src/evaluation/feature_methods.cpp PROPERTIES
+  COMPILE_OPTIONS -Wno-array-bounds)
 
 ttsdf_unit_test(evaluation/statistics_test.cpp LIBS ttsdf_evaluation)
 ttsdf_unit_test(evaluation/perturbation_test.cpp LIBS ttsdf_evaluation)
 ttsdf_unit_test(evaluation/sweep_test.cpp LIBS ttsdf_evaluation)
 ttsdf_unit_test(evaluation/trajectory_error_test.cpp LIBS ttsdf_evaluation)
+ttsdf_unit_test(evaluation/fast_global_registration_test.cpp LIBS ttsdf_evaluation)
+ttsdf_unit_test(evaluation/cloud_methods_test.cpp LIBS ttsdf_evaluation)
+ttsdf_unit_test(evaluation/synthetic_frames_test.cpp LIBS ttsdf_evaluation ttsdf_simulation)

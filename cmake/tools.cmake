@@ -24,6 +24,7 @@ ttsdf_tool(ttsdf_query SOURCES src/tools/ttsdf_query.cpp LIBS ttsdf_tools)
 ttsdf_tool(ttsdf_register SOURCES src/tools/ttsdf_register.cpp LIBS ttsdf_tools ttsdf_evaluation)
 ttsdf_tool(ttsdf_convert SOURCES src/tools/ttsdf_convert.cpp LIBS ttsdf_tools ttsdf_mapping)
 ttsdf_tool(ttsdf_evaluate SOURCES src/tools/ttsdf_evaluate.cpp LIBS ttsdf_tools ttsdf_evaluation)
+ttsdf_tool(ttsdf_simulate SOURCES src/tools/ttsdf_simulate.cpp LIBS ttsdf_tools ttsdf_evaluation ttsdf_simulation)
 
 ttsdf_unit_test(tools/command_line_test.cpp LIBS ttsdf_tools)
 ttsdf_unit_test(tools/map_edit_test.cpp LIBS ttsdf_tools)

@@ -107,7 +107,14 @@ const OptionTable<CloudMethodOptions>& cloudMethodOptionTable() {
         .add("normal_neighbours", &O::normal_neighbours, 3, 1000, "", "Neighbours of plane fits.")
         .add("ndt_resolution", &O::ndt_resolution, 0.01, 100.0, "m",
              "Cell of the normal distributions transform.")
-        .add("ndt_step", &O::ndt_step, 1e-4, 10.0, "m", "Largest step of its line search.");
+        .add("ndt_step", &O::ndt_step, 1e-4, 10.0, "m", "Largest step of its line search.")
+        .add("feature_cell", &O::feature_cell, 1e-4, 10.0, "m",
+             "Scan's thinning before FPFH; twice it is the radius of normals, five times that of features.")
+        .add("ransac_iterations", &O::ransac_iterations, 1, 100000000, "",
+             "Poses tried by the sample consensus alignment.")
+        .add("ransac_inliers", &O::ransac_inliers, 0.0, 1.0, "",
+             "Share of points that must find a neighbour there.")
+        .add(&O::fast_global, fastGlobalOptionTable());
     return table;
   }();
   return kTable;

@@ -29,7 +29,10 @@ class FieldMethod : public Method {
     const auto* compressed = dynamic_cast<const TtDistanceField*>(field_.get());
     return compressed ? tensorTrainPaperBytes(compressed->train()) : densePaperBytes(field_->geometry().dims);
   }
-  std::size_t memoryBytes() const override { return field_->memoryBytes(); }
+  std::size_t memoryBytes() const override {
+    const auto* far = registration_.longRangeField();
+    return field_->memoryBytes() + (far ? far->memoryBytes() : 0);
+  }
 
  protected:
   std::shared_ptr<const DistanceField> field_;
@@ -108,5 +111,9 @@ std::size_t tensorTrainPaperBytes(const TensorTrain& train) {
 }
 
 std::size_t cloudPaperBytes(std::size_t points) { return sizeof(float) * 3 * points; }
+
+std::size_t featurePaperBytes(std::size_t features, std::size_t dimensions) {
+  return sizeof(float) * features * dimensions;
+}
 
 }  // namespace ttsdf

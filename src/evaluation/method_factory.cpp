@@ -13,6 +13,7 @@ namespace {
 
 const std::vector<std::string> kFieldKinds{"track", "search", "global"};
 const std::vector<std::string> kCloudKinds{"icp", "icp_plane", "gicp", "ndt"};
+const std::vector<std::string> kFeatureKinds{"fpfh_ransac", "fpfh_fgr"};
 
 bool isOneOf(const std::vector<std::string>& kinds, const std::string& kind) {
   return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
@@ -33,9 +34,11 @@ MethodSpec parseMethodSpec(const std::string& text) {
   spec.kind = equals == std::string::npos ? head : head.substr(equals + 1);
   spec.label = equals == std::string::npos ? text : head.substr(0, equals);
   std::replace(spec.label.begin(), spec.label.end(), ',', ' ');
-  if (spec.kind != "prior" && !isOneOf(kFieldKinds, spec.kind) && !isOneOf(kCloudKinds, spec.kind)) {
+  if (spec.kind != "prior" && !isOneOf(kFieldKinds, spec.kind) && !isOneOf(kCloudKinds, spec.kind) &&
+      !isOneOf(kFeatureKinds, spec.kind)) {
     throw std::invalid_argument("method '" + text + "': got kind '" + spec.kind +
-                                "', wanted one of prior, track, search, global, icp, icp_plane, gicp, ndt");
+                                "', wanted one of prior, track, search, global, icp, icp_plane, gicp, ndt, "
+                                "fpfh_ransac, fpfh_fgr");
   }
   if (head.size() == text.size()) return spec;
   std::stringstream settings(text.substr(head.size() + 1));
@@ -51,7 +54,7 @@ MethodSpec parseMethodSpec(const std::string& text) {
 
 std::unique_ptr<Method> MethodFactory::make(const MethodSpec& spec) {
   if (isOneOf(kFieldKinds, spec.kind)) return makeFieldMethod(spec);
-  if (isOneOf(kCloudKinds, spec.kind)) return makeCloudMethodFrom(spec);
+  if (isOneOf(kCloudKinds, spec.kind) || isOneOf(kFeatureKinds, spec.kind)) return makeCloudMethodFrom(spec);
   if (!spec.settings.empty()) throw std::invalid_argument("method 'prior': got settings, wanted none");
   return makePriorMethod();
 }
@@ -92,9 +95,10 @@ std::unique_ptr<Method> MethodFactory::makeCloudMethodFrom(const MethodSpec& spe
   if (!map_cloud_) {
     if (!defaults_.map_cloud)
       throw std::invalid_argument("method '" + spec.label + "': got no point cloud map");
-    map_cloud_ = std::make_unique<Eigen::Matrix3Xf>(defaults_.map_cloud());
+    map_cloud_ = std::make_unique<MapCloud>(defaults_.map_cloud());
   }
-  return makeCloudMethod(spec.kind, *map_cloud_, options);
+  if (isOneOf(kFeatureKinds, spec.kind)) return makeFeatureMethod(spec.kind, *map_cloud_, options);
+  return makeCloudMethod(spec.kind, map_cloud_->points, options);
 }
 
 std::shared_ptr<const DistanceField> makeEvaluationField(const TtSdfMap& map, Interpolation interpolation,

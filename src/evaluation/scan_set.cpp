@@ -3,6 +3,7 @@
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/point_types.h>
 
+#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
@@ -10,20 +11,45 @@ namespace ttsdf {
 
 namespace {
 
-using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+using Cloud = pcl::PointCloud<pcl::PointNormal>;  // normal: towards the sensor
 
 std::string selectionText(const FrameSelection& selection) {
   return "index % " + std::to_string(selection.every) + " == " + std::to_string(selection.offset);
 }
 
-Cloud::Ptr filtered(const Cloud::ConstPtr& cloud, double cell_size) {
-  pcl::VoxelGrid<pcl::PointXYZ> filter;
+void append(Cloud& cloud, const Eigen::Vector3f& point, const Eigen::Vector3f& towards_sensor) {
+  pcl::PointNormal entry;
+  entry.getVector3fMap() = point;
+  entry.getNormalVector3fMap() = towards_sensor;
+  cloud.push_back(entry);
+}
+
+// One point per cell, positions and directions averaged.
+MapCloud filtered(const Cloud::ConstPtr& cloud, double cell_size) {
+  pcl::VoxelGrid<pcl::PointNormal> filter;
   const auto leaf = static_cast<float>(cell_size);
   filter.setLeafSize(leaf, leaf, leaf);
   filter.setInputCloud(cloud);
-  auto result = std::make_shared<Cloud>();
-  filter.filter(*result);
+  Cloud cells;
+  filter.filter(cells);
+  MapCloud result;
+  result.points.resize(3, static_cast<Eigen::Index>(cells.size()));
+  result.towards_sensor.resizeLike(result.points);
+  for (Eigen::Index n = 0; n < result.points.cols(); ++n) {
+    const auto& cell = cells[static_cast<std::size_t>(n)];
+    result.points.col(n) = cell.getVector3fMap();
+    result.towards_sensor.col(n) = cell.getNormalVector3fMap().normalized();
+  }
   return result;
+}
+
+// A point of a triangle for two numbers in [0, 1): uniform over its area (Turk's folding of the square).
+Eigen::Vector3f pointOf(const Eigen::Matrix3f& corners, float s, float t) {
+  if (s + t > 1.0f) {
+    s = 1.0f - s;
+    t = 1.0f - t;
+  }
+  return corners.col(0) + s * (corners.col(1) - corners.col(0)) + t * (corners.col(2) - corners.col(0));
 }
 
 }  // namespace
@@ -50,23 +76,47 @@ ScanSet scansFromFrames(const FrameFolder& folder, const FrameSelection& selecti
   return set;
 }
 
-Eigen::Matrix3Xf mapCloudFromFrames(const FrameFolder& folder, const FrameSelection& selection,
-                                    double cell_size) {
+MapCloud mapCloudFromFrames(const FrameFolder& folder, const FrameSelection& selection, double cell_size) {
   auto cloud = std::make_shared<Cloud>();
   for (auto& scan : scansFromFrames(folder, selection).scans) {
     const Eigen::Isometry3f T_map_sensor = scan.T_map_sensor.cast<float>();
-    const Eigen::Matrix3Xf points = (T_map_sensor * scan.points.colwise().homogeneous()).topRows<3>();
-    for (Eigen::Index n = 0; n < points.cols(); ++n) {
-      cloud->push_back(pcl::PointXYZ(points(0, n), points(1, n), points(2, n)));
+    for (Eigen::Index n = 0; n < scan.points.cols(); ++n) {
+      append(*cloud, T_map_sensor * scan.points.col(n),
+             T_map_sensor.linear() * -scan.points.col(n).normalized());
     }
     scan.points.resize(3, 0);
   }
-  const auto cells = filtered(cloud, cell_size);
-  Eigen::Matrix3Xf result(3, static_cast<Eigen::Index>(cells->size()));
-  for (Eigen::Index n = 0; n < result.cols(); ++n) {
-    result.col(n) = (*cells)[static_cast<std::size_t>(n)].getVector3fMap();
+  return filtered(cloud, cell_size);
+}
+
+MapCloud mapCloudFromMesh(const SurfaceMesh& mesh, double cell_size) {
+  check(mesh);
+  if (mesh.empty()) throw std::invalid_argument("map cloud: got a mesh without triangles, wanted a surface");
+  constexpr double kSamplesPerCell = 16.0;
+  constexpr float kPlastic1 = 0.7548777f, kPlastic2 = 0.5698403f;  // Roberts's R2 sequence: even coverage
+  auto cloud = std::make_shared<Cloud>();
+  double owed = 0.0;  // samples due: triangles smaller than one sample's area share them
+  float s = 0.5f, t = 0.5f;
+  for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
+    Eigen::Matrix3f corners;
+    for (int k = 0; k < 3; ++k) corners.col(k) = mesh.vertices.col(mesh.triangles(k, n));
+    const Eigen::Vector3f normal = (corners.col(1) - corners.col(0)).cross(corners.col(2) - corners.col(0));
+    owed += kSamplesPerCell * 0.5 * static_cast<double>(normal.norm()) / (cell_size * cell_size);
+    for (; owed >= 1.0; owed -= 1.0) {
+      s = std::fmod(s + kPlastic1, 1.0f);
+      t = std::fmod(t + kPlastic2, 1.0f);
+      append(*cloud, pointOf(corners, s, t), normal.normalized());
+    }
   }
-  return result;
+  return filtered(cloud, cell_size);
+}
+
+Eigen::Matrix3Xf thinned(const Eigen::Matrix3Xf& points, double cell_size) {
+  auto cloud = std::make_shared<Cloud>();
+  for (Eigen::Index n = 0; n < points.cols(); ++n) {
+    if (points.col(n).allFinite()) append(*cloud, points.col(n), Eigen::Vector3f::UnitZ());
+  }
+  return filtered(cloud, cell_size).points;
 }
 
 }  // namespace ttsdf

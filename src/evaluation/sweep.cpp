@@ -88,6 +88,7 @@ void runSweep(const SweepRun& run, Method& method, const std::vector<EvaluationS
       const PoseError error = poseError(scan.T_map_sensor, result.estimate.T_map_sensor);
       record.translation_error = infiniteIfNan(error.translation);
       record.rotation_error = infiniteIfNan(error.rotation);
+      record.offset = scan.T_map_sensor.inverse() * result.estimate.T_map_sensor.translation();
       record.accepted = result.estimate.accepted;
       record.reason = result.estimate.reason;
       record.iterations = result.estimate.iterations;

@@ -1,8 +1,9 @@
 // The paper's perturbation sweep over one data set and any number of methods.
 
-#include <fstream>
+#include <algorithm>
 #include <iostream>
 
+#include "ttsdf_localization/evaluation/map_memory.h"
 #include "ttsdf_localization/evaluation/method_factory.h"
 #include "ttsdf_localization/evaluation/sweep.h"
 #include "ttsdf_localization/tools/command_line.h"
@@ -12,7 +13,8 @@ namespace {
 
 struct Arguments {
   std::string map, frames, dataset, output, translations = "0.05,0.1,0.2,0.5,1.0",
-                                            rotations = "0.01,0.02,0.05,0.1,0.25", map_down;
+                                            rotations = "0.01,0.02,0.05,0.1,0.25", map_down,
+                                            map_mesh, memory;
   std::vector<std::string> methods;
   double depth_scale = 1000.0, cell = 0.05, gravity_sigma = 0.1;
   int every = 10, offset = 5, stride = 8, map_every = 10, map_offset = 0, map_stride = 2, directions = 5,
@@ -29,8 +31,8 @@ void declare(ttsdf::CommandLine& line, Arguments& a) {
       .value("output", "LOG.csv", a.output, "One row per estimate. What it already holds is not run again.")
       .value("methods", "SPEC", a.methods,
              "[label=]kind[:key=value,...], any number. Kinds: prior, track, search, global, icp, icp_plane, "
-             "gicp, "
-             "ndt. Keys: map, interpolation, dense, and every option below. (default track)")
+             "gicp, ndt, "
+             "fpfh_ransac, fpfh_fgr. Keys: map, interpolation, dense, and every option below. (default track)")
       .value("dataset", "NAME", a.dataset,
              "Label of the data set in the log (default: name of the frames folder).")
       .value("every", "N", a.every, "Scans are the frames whose index % N is the offset.")
@@ -44,6 +46,8 @@ void declare(ttsdf::CommandLine& line, Arguments& a) {
       .value("directions", "N", a.directions, "Directions per magnitude and scan.")
       .value("sweep-seed", "N", a.sweep_seed, "Seed of the directions.")
       .value("repeat", "N", a.repeat, "Times are the median of as many calls.")
+      .value("memory", "MEMORY.csv", a.memory, "Where to note the map memory of every method.")
+      .value("map-mesh", "FILE", a.map_mesh, "Point cloud map from a mesh instead of frames.")
       .value("map-every", "N", a.map_every, "Point cloud map: the frames whose index % N is --map-offset.")
       .value("map-offset", "M", a.map_offset, "See --map-every.")
       .value("map-stride", "N", a.map_stride, "Point cloud map: every N-th pixel in both directions.")
@@ -94,6 +98,16 @@ std::string datasetName(const Arguments& a) {
   return path.substr(path.rfind('/') + 1);
 }
 
+// A run that found everything in the log has filled no cache: what it would note is smaller than before.
+void noteMemory(const std::string& path, const ttsdf::SweepRun& sweep, const ttsdf::Method& method) {
+  ttsdf::MapMemory row{sweep.dataset, sweep.method, method.paperBytes(), method.memoryBytes()};
+  for (const auto& before : ttsdf::readMapMemory(path)) {
+    const bool same = before.dataset == row.dataset && before.method == row.method;
+    if (same) row.memory_bytes = std::max(row.memory_bytes, before.memory_bytes);
+  }
+  ttsdf::recordMapMemory(path, row);
+}
+
 int run(int argc, char** argv) {
   Arguments a;
   ttsdf::CommandLine line(
@@ -123,6 +137,7 @@ int run(int argc, char** argv) {
   a.defaults.map = a.map;
   a.defaults.map_cloud = [&] {
     progress.update("point cloud map", 0.0);
+    if (!a.map_mesh.empty()) return ttsdf::mapCloudFromMesh(ttsdf::readMesh(a.map_mesh), a.cell);
     return ttsdf::mapCloudFromFrames(folder, map_selection, a.cell);
   };
   ttsdf::MethodFactory factory(a.defaults);
@@ -134,6 +149,7 @@ int run(int argc, char** argv) {
       progress.update(spec.label, share);
       return true;
     });
+    if (!a.memory.empty()) noteMemory(a.memory, sweep, *method);
     if (!a.quiet) {
       progress.note(spec.label + ": map " + std::to_string(method->paperBytes()) +
                     " bytes by the paper's formula, " + std::to_string(method->memoryBytes()) + " in memory");

@@ -86,6 +86,7 @@ TEST_F(Sweep, KnownErrorsComeOut) {
   ASSERT_EQ(log.records().size(), 2u);
   EXPECT_NEAR(log.records()[0].translation_error, 0.03, 1e-12);
   EXPECT_NEAR(log.records()[0].rotation_error, 0.2, 1e-12);
+  EXPECT_TRUE(log.records()[0].offset.isApprox(Eigen::Vector3d(0.0, 0.03, 0.0), 1e-9));
   EXPECT_TRUE(log.records()[0].success());
   EXPECT_EQ(log.records()[0].reason, "converged");
   EXPECT_FALSE(method.gravity);
@@ -149,6 +150,7 @@ TEST_F(Sweep, LogKeepsEveryFigure) {
   record.iterations = 12;
   record.milliseconds = 3.25;
   record.cpu_milliseconds = 3.125;
+  record.offset = {0.01, -0.02, 0.5};
   SweepLog(path("log.csv")).append(record);
   const auto records = readSweepLog(path("log.csv"));
   ASSERT_EQ(records.size(), 1u);
@@ -163,6 +165,7 @@ TEST_F(Sweep, LogKeepsEveryFigure) {
   EXPECT_EQ(read.iterations, 12);
   EXPECT_DOUBLE_EQ(read.milliseconds, 3.25);
   EXPECT_DOUBLE_EQ(read.cpu_milliseconds, 3.125);
+  EXPECT_TRUE(read.offset.isApprox(record.offset));
 }
 
 TEST_F(Sweep, ForeignLogIsRefused) {

@@ -5,6 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "ttsdf_localization/evaluation/fast_global_registration.h"
+#include "ttsdf_localization/evaluation/scan_set.h"
 #include "ttsdf_localization/registration/search.h"
 #include "ttsdf_localization/tensor/tensor_train.h"
 
@@ -53,6 +55,11 @@ struct CloudMethodOptions {
   int normal_neighbours = 20;   ///< plane fits: normals and GICP covariances
   double ndt_resolution = 0.5;  ///< NDT's cell [m]
   double ndt_step = 0.1;        ///< NDT's largest line search step [m]
+  double feature_cell = 0.05;   ///< FPFH: the scan is thinned to this, as the map is; normals take twice the
+                                ///< radius, features five times [m]
+  int ransac_iterations = 50000;  ///< poses tried by the sample consensus alignment
+  double ransac_inliers = 0.5;    ///< share of points that must find a neighbour
+  FastGlobalOptions fast_global;
 };
 const OptionTable<CloudMethodOptions>& cloudMethodOptionTable();
 
@@ -61,11 +68,18 @@ const OptionTable<CloudMethodOptions>& cloudMethodOptionTable();
 std::unique_ptr<Method> makeCloudMethod(const std::string& kind, const Eigen::Matrix3Xf& map_cloud,
                                         const CloudMethodOptions& options = {});
 
+/// Registration without a prior, by FPFH descriptors of map and scan: kind "fpfh_ransac" (PCL's
+/// SampleConsensusPrerejective) or "fpfh_fgr" (Fast Global Registration). Normals point to the sensor. Throws
+/// std::invalid_argument for another kind or an empty cloud.
+std::unique_ptr<Method> makeFeatureMethod(const std::string& kind, const MapCloud& map_cloud,
+                                          const CloudMethodOptions& options = {});
+
 /// Bytes of a field of dims x floats (the paper's W x H x L).
 std::size_t densePaperBytes(const Dims& dims);
 /// The paper's formula takes one rank R = max(r1, r2): (n1 R + n2 R^2 + n3 R) floats in chain order.
 std::size_t tensorTrainPaperBytes(const TensorTrain& train);
-/// N x 3 floats.
+/// N x 3 floats (the paper counts a sparse map so), and K x D floats of a feature map.
 std::size_t cloudPaperBytes(std::size_t points);
+std::size_t featurePaperBytes(std::size_t features, std::size_t dimensions);
 
 }  // namespace ttsdf

@@ -17,7 +17,7 @@ namespace ttsdf {
 
 struct MethodSpec {
   std::string label;  ///< default: the spec itself, with blanks for commas
-  std::string kind;   ///< prior | track | search | global | icp | icp_plane | gicp | ndt
+  std::string kind;   ///< prior | track | search | global | icp | icp_plane | gicp | ndt | fpfh_ransac | fpfh_fgr
   /// For the field methods: map=FILE, interpolation=nearest|trilinear, dense=true (the decompressed field),
   /// and every option of registration, search and global localization. For the cloud methods: their options.
   std::vector<std::pair<std::string, std::string>> settings;
@@ -28,7 +28,7 @@ MethodSpec parseMethodSpec(const std::string& text);
 
 struct MethodDefaults {
   std::string map;  ///< path of the map, where a spec names none
-  std::function<Eigen::Matrix3Xf()>
+  std::function<MapCloud()>
       map_cloud;  ///< the point cloud map; asked once, by the first method that needs it
   Eigen::Vector3d map_down{0.0, 0.0, -1.0};
   RegistrationOptions registration;
@@ -47,7 +47,7 @@ class MethodFactory {
   std::unique_ptr<Method> makeFieldMethod(const MethodSpec& spec);
   std::unique_ptr<Method> makeCloudMethodFrom(const MethodSpec& spec);
   MethodDefaults defaults_;
-  std::unique_ptr<Eigen::Matrix3Xf> map_cloud_;
+  std::unique_ptr<MapCloud> map_cloud_;
 };
 
 /// The field of a map, compressed or (`dense`) as a full array.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "ttsdf_localization/mapping/frame_folder.h"
+#include "ttsdf_localization/mapping/surface_mesh.h"
 #include "ttsdf_localization/registration/registration.h"
 
 namespace ttsdf {
@@ -32,10 +33,23 @@ struct FrameSelection {
 /// Unreadable frames are skipped and listed. Throws std::runtime_error if no frame is left.
 ScanSet scansFromFrames(const FrameFolder& folder, const FrameSelection& selection);
 
+/// A point cloud map. Descriptors such as FPFH need normals that point to one side: `towards_sensor` says
+/// which.
+struct MapCloud {
+  Eigen::Matrix3Xf points;          ///< map frame [m]
+  Eigen::Matrix3Xf towards_sensor;  ///< per point, unit length: towards those who saw it
+};
+
 /// The paper's point cloud map: the selected frames' points in the map frame, averaged per cell of
 /// `cell_size` [m]. Frames are read with the selection's stride. Throws std::runtime_error if no frame is
 /// left.
-Eigen::Matrix3Xf mapCloudFromFrames(const FrameFolder& folder, const FrameSelection& selection,
-                                    double cell_size);
+MapCloud mapCloudFromFrames(const FrameFolder& folder, const FrameSelection& selection, double cell_size);
+
+/// The same of a model: points spread evenly over the mesh, averaged per cell; the sensor is on the side that
+/// the faces' normals point to. Throws std::invalid_argument for an empty mesh.
+MapCloud mapCloudFromMesh(const SurfaceMesh& mesh, double cell_size);
+
+/// Points averaged per cell of `cell_size` [m].
+Eigen::Matrix3Xf thinned(const Eigen::Matrix3Xf& points, double cell_size);
 
 }  // namespace ttsdf

@@ -25,6 +25,8 @@ struct SweepRecord {
   int direction = 0;
   double translation_error = 0.0;  ///< [m]
   double rotation_error = 0.0;     ///< [rad]
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< estimated position in the true sensor frame [m]: shows
+                                                     ///< bias where the errors above only show size
   bool accepted = false;           ///< what the method said of its own estimate
   std::string reason;
   int iterations = 0;

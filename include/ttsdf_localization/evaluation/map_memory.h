@@ -1,0 +1,23 @@
+#pragma once
+// The memory table's raw figures: what the map of each method takes, one CSV row per data set and method.
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace ttsdf {
+
+struct MapMemory {
+  std::string dataset, method;
+  std::size_t paper_bytes = 0;   ///< by the paper's formula
+  std::size_t memory_bytes = 0;  ///< as it lies in memory here, caches filled
+};
+
+/// The rows of such a file; none if it does not exist. Throws std::runtime_error for another kind of file.
+std::vector<MapMemory> readMapMemory(const std::string& path);
+
+/// Adds a row, or replaces that of the same data set and method. Throws std::runtime_error if the file cannot
+/// be read or written.
+void recordMapMemory(const std::string& path, const MapMemory& row);
+
+}  // namespace ttsdf

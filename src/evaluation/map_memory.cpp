@@ -1,0 +1,66 @@
+#include "ttsdf_localization/evaluation/map_memory.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace ttsdf {
+
+namespace {
+
+constexpr const char* kHeader = "dataset,method,paper_bytes,memory_bytes";
+
+MapMemory fromLine(const std::string& line) {
+  std::istringstream cells(line);
+  MapMemory row;
+  char comma = 0;
+  const bool labels = std::getline(cells, row.dataset, ',') && std::getline(cells, row.method, ',');
+  if (!labels || !(cells >> row.paper_bytes >> comma >> row.memory_bytes)) {
+    throw std::runtime_error("got '" + line + "', wanted the columns " + kHeader);
+  }
+  return row;
+}
+
+}  // namespace
+
+std::vector<MapMemory> readMapMemory(const std::string& path) {
+  std::vector<MapMemory> rows;
+  if (!std::filesystem::exists(path)) return rows;
+  std::ifstream in(path);
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    try {
+      if (number > 1) {
+        rows.push_back(fromLine(line));
+      } else if (line != kHeader) {
+        throw std::runtime_error("got '" + line + "', wanted '" + kHeader + "'");
+      }
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error("map memory '" + path + "', line " + std::to_string(number) + ": " +
+                               error.what());
+    }
+  }
+  return rows;
+}
+
+void recordMapMemory(const std::string& path, const MapMemory& row) {
+  auto rows = readMapMemory(path);
+  const auto same = std::find_if(rows.begin(), rows.end(), [&row](const MapMemory& other) {
+    return other.dataset == row.dataset && other.method == row.method;
+  });
+  if (same != rows.end()) {
+    *same = row;
+  } else {
+    rows.push_back(row);
+  }
+  std::ofstream out(path, std::ios::trunc);
+  out << kHeader << '\n';
+  for (const auto& r : rows) {
+    out << r.dataset << ',' << r.method << ',' << r.paper_bytes << ',' << r.memory_bytes << '\n';
+  }
+  if (!out.flush()) throw std::runtime_error("map memory '" + path + "': cannot write");
+}
+
+}  // namespace ttsdf
