@@ -45,6 +45,12 @@ def command_output(*command, **options):
         return ""
 
 
+def commit_of(root):
+    name = command_output("git", "rev-parse", "--short", "HEAD", cwd=root)
+    changed = command_output("git", "status", "--porcelain", "--", "src", "include", "scripts", cwd=root)
+    return (name or "unknown") + (" with local changes" if changed else "")
+
+
 def cpu_name():
     try:
         lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
@@ -57,7 +63,7 @@ def facts(root, command):
     """What the page says about the run itself."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
     return {"command": command, "date": datetime.date.today().isoformat(),
-            "commit": command_output("git", "describe", "--always", "--dirty", cwd=root) or "unknown",
+            "commit": commit_of(root),
             "machine": f"{cpu_name()}, {os.cpu_count()} cores, {memory:.0f} GB",
             "load_before": os.getloadavg()[0]}
 
