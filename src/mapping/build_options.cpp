@@ -18,8 +18,8 @@ const OptionTable<BuildOptions>& buildOptionTable() {
                "TT-SVD")
           .add("encoding", &O::encoding, {"float32", "float16", "quantized"}, "How the cores are stored")
           .add("quantization", &O::quantization, 0.0, 0.1, "m",
-               "Error allowed to the quantized encoding (rms over the box); 0: a quarter of the "
-               "compression's own")
+               "Coarseness of the quantized encoding: what changes the field by less is not stored; 0: half "
+               "of the error that the ranks leave near the surface")
           .add("target_bytes", &O::target_bytes, 0, 2000000000, "byte",
                "Choose the ranks for a file of at most this size (max_rank is not used); 0: off")
           .add(

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "field_weights.h"
+#include "ttsdf_localization/map/compact_map.h"
 #include "ttsdf_localization/mapping/map_builder.h"
 #include "ttsdf_localization/tensor/tt_svd.h"
 #include "ttsdf_localization/tensor/tt_weighted.h"
@@ -80,27 +81,48 @@ FieldError compare(const SampledField& field, const TensorTrain& train) {
   return result;
 }
 
-TensorTrain decompose(const SampledField& field, const Ranks& ranks, const BuildOptions& options,
-                      const BuildProgress& progress) {
+/// The train of these ranks; `weights` empty: plain TT-SVD.
+TensorTrain decompose(const SampledField& field, const std::vector<float>& weights, const Ranks& ranks,
+                      const BuildOptions& options, const BuildProgress& progress) {
   TtSvdOptions svd;
   svd.max_rank1 = ranks.r1;
   svd.max_rank2 = ranks.r2;
   svd.tolerance = options.tolerance;
   const TensorTrain plain = ttSvd(field.values, svd).train;
-  if (options.refine_iterations == 0) return plain;
+  if (weights.empty()) return plain;
   WeightedFitOptions fit;
   fit.iterations = options.refine_iterations;
   fit.threads = options.threads;
   fit.keep_going = [&progress](double share) { return !progress || progress("refining", share); };
-  return fitWeighted(field.values, surfaceWeights(field, options), plain, fit);
+  return fitWeighted(field.values, weights, plain, fit);
 }
 
-/// Largest maps first: the quantized encoding spends its error where the ranks leave some.
-EncodeOptions encodeOptions(const BuildOptions& options, double total_rms) {
-  EncodeOptions encode;
-  encode.encoding = encodingFromName(options.encoding);
-  encode.quantization_rms = options.quantization > 0.0 ? options.quantization : 0.25 * total_rms;
-  return encode;
+/// Bytes of the map, and the map as a reader of them sees it.
+void encode(const TtSdfMap& map, const SampledField& field, const std::vector<float>& weights,
+            const FieldError& error, const BuildOptions& options, const BuildProgress& progress,
+            BuiltMap& built) {
+  const Encoding encoding = encodingFromName(options.encoding);
+  if (encoding == Encoding::kQuantized && !weights.empty()) {
+    // Shares of the error that the ranks leave. With ranks as given, the encoding adds little to it; within a
+    // budget, higher ranks stored more coarsely are better than lower ones stored finely.
+    constexpr double kShareOfRanks = 0.5, kShareInBudget = 1.5;
+    constexpr double kFinest = 1e-5;  // [m]
+    const bool budget = options.target_bytes > 0 || options.target_surface_error > 0.0;
+    CompactOptions compact;
+    compact.threshold = std::max((budget ? kShareInBudget : kShareOfRanks) * error.surface, kFinest);
+    if (options.quantization > 0.0) compact.threshold = options.quantization;
+    compact.threads = options.threads;
+    compact.keep_going = [&progress](double share) { return !progress || progress("encoding", share); };
+    CompactMap result = compactMap(map, field.values, weights, compact);
+    built.bytes = std::move(result.bytes);
+    built.map = std::move(result.map);
+    return;
+  }
+  EncodeOptions plain;
+  plain.encoding = encoding;
+  plain.quantization_rms = options.quantization > 0.0 ? options.quantization : 0.25 * error.total_rms;
+  built.bytes = serialize(map, plain);
+  built.map = deserialize(built.bytes.data(), built.bytes.size());
 }
 
 BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
@@ -109,7 +131,9 @@ BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, cons
   tell(progress, "decomposing", 0.0);
   const Stopwatch decomposing;
   TtSdfMap map;
-  map.train = decompose(field, ranks, options, progress);
+  const auto weights =
+      options.refine_iterations > 0 ? surfaceWeights(field, options) : std::vector<float>();
+  map.train = decompose(field, weights, ranks, options, progress);
   map.geometry = field.geometry;
   if (options.support_mask) map.mask = field.mask;
   map.kind = fieldKindFromName(options.field);
@@ -132,8 +156,7 @@ BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, cons
       static_cast<double>(field.known.size());
   map.metadata["observed_share"] = std::to_string(report.observed_share);
   map.metadata["surface_rms_before_encoding"] = std::to_string(before.surface);
-  built.bytes = serialize(map, encodeOptions(options, before.total_rms));
-  built.map = deserialize(built.bytes.data(), built.bytes.size());
+  encode(map, field, weights, before, options, progress, built);
   const FieldError after = compare(field, built.map.train);
   report.relative_error = after.relative;
   report.surface_rms = after.surface;

@@ -21,7 +21,7 @@ struct BuildOptions {
   std::string max_rank = "40";            ///< "R" or "R1,R2"; "0": none
   double tolerance = 0.0;                 ///< relative Frobenius error; 0: ranks only
   int refine_iterations = 30;             ///< weighted sweeps after TT-SVD; 0: plain TT-SVD
-  double quantization = 0.0;              ///< rms error allowed to the quantized encoding [m]; 0: a quarter of the ranks' own
+  double quantization = 0.0;              ///< coarseness of the quantized encoding [m]; 0: half of the ranks' error near the surface
   std::string encoding = "quantized";     ///< float32 | float16 | quantized
   int target_bytes = 0;                   ///< file size to reach by choice of ranks and encoding; 0: off
   double target_surface_error = 0.0;      ///< rms error within 3 cm of the surface to reach [m]; 0: off
