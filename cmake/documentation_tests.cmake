@@ -25,4 +25,19 @@ if(TTSDF_BUILD_ROS)
       TTSDF_LOCALIZATION_NODE="$<TARGET_FILE:localization_node>")
     add_dependencies(architecture_robot_libraries_test ttsdf_localization_nodelet localization_node)
   endif()
+
+  ttsdf_unit_test(documentation/parameters_page_test.cpp
+    LIBS ttsdf_map_builder ttsdf_simulation_ros ttsdf_demo ttsdf_evaluation)
+  if(TARGET documentation_parameters_page_test)
+    target_compile_definitions(documentation_parameters_page_test PRIVATE
+      TTSDF_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
+  endif()
+  if(TTSDF_BUILD_TESTS AND CATKIN_ENABLE_TESTING)
+    set(TTSDF_PAGE_TESTS "${CMAKE_CURRENT_SOURCE_DIR}/test/documentation")
+    add_test(NAME documentation_interface_page_test
+      COMMAND "${TTSDF_PYTHON}" -B "${TTSDF_PAGE_TESTS}/interface_page_test.py")
+    add_test(NAME documentation_pages_test COMMAND "${TTSDF_PYTHON}" -B "${TTSDF_PAGE_TESTS}/pages_test.py")
+    add_test(NAME documentation_tools_page_test
+      COMMAND "${TTSDF_PYTHON}" -B "${TTSDF_PAGE_TESTS}/tools_page_test.py" "$<TARGET_FILE_DIR:ttsdf_build>")
+  endif()
 endif()

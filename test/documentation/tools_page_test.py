@@ -1,0 +1,61 @@
+"""usage: tools_page_test.py TOOL_FOLDER [--update]: doc/tools.md holds the help text of every program."""
+
+import os
+import pathlib
+import subprocess
+import sys
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+PAGE = REPOSITORY / "doc" / "tools.md"
+
+HEAD = """# Programs
+
+What `--help` prints, written by `test/documentation/tools_page_test.py TOOL_FOLDER --update`; do not edit. Programs close
+with exit code 0 on success, 2 on wrong usage and 1 on failure, with one line on stderr that says what, got and wanted.
+"""
+
+SECTIONS = (
+    ("Maps, without ROS", "In `devel/lib/ttsdf_localization` of the build folder.",
+     ("ttsdf_build", "ttsdf_info", "ttsdf_query", "ttsdf_convert", "ttsdf_register", "ttsdf_evaluate")),
+    ("Maps and bags, with ROS libraries but without a master", "In the same folder.", ("offline_localizer",)),
+    ("Scripts", "In `scripts/`.",
+     ("demo", "test", "setup", "build", "frames_from", "frames_to_bag", "evaluate_trajectory", "results",
+      "plot_evaluation", "plot_map", "benchmark", "screenshot")),
+)
+
+
+def help_text(program):
+    environment = dict(os.environ, COLUMNS="110", LC_ALL="C.UTF-8")
+    result = subprocess.run([str(program), "--help"], env=environment, timeout=60, universal_newlines=True,
+                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    if result.returncode != 0 or result.stderr:
+        raise RuntimeError("%s --help: exit code %d, %s" % (program, result.returncode, result.stderr))
+    lines = result.stdout.replace("optional arguments:", "options:").splitlines()  # older argparse
+    return "\n".join(line.rstrip() for line in lines).strip()
+
+
+def page(tools):
+    text = HEAD
+    for title, where, programs in SECTIONS:
+        text += "\n## %s\n\n%s\n" % (title, where)
+        for name in programs:
+            script = REPOSITORY / "scripts" / name
+            text += "\n### %s\n\n```text\n%s\n```\n" % (name, help_text(script if script.exists() else tools / name))
+    return text
+
+
+def main(tools, update):
+    wanted = page(pathlib.Path(tools))
+    if update:
+        PAGE.write_text(wanted, encoding="utf-8")
+    got = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
+    if got == wanted:
+        return 0
+    differing = [(a, b) for a, b in zip(got.splitlines() + [""], wanted.splitlines() + [""]) if a != b]
+    print("%s differs from the programs' help; run this test with --update. First line: got '%s', wanted '%s'" %
+          ((PAGE,) + (differing or [("end", "end")])[0]))
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], "--update" in sys.argv))
