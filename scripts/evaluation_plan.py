@@ -52,6 +52,7 @@ class Scene:
     indices: list = field(default_factory=list)
     prepare: list = field(default_factory=list)  # steps that make the frames
     down: str = ""  # down direction in the map frame "x,y,z", if known
+    share: float = 1.0  # of the selection's scans
 
 
 @dataclass
@@ -103,7 +104,7 @@ def simulated_scene(output, quick):
     small = ["--width", 320, "--height", 240, "--fx", 262.5, "--fy", 262.5] if quick else []
     step = Step(f"{name}: frames", ["ttsdf_simulate", "--scene", name, "--output", frames, "--frames", count,
                                     "--sensor", "kinect", *small], [frames])
-    return Scene(name, frames, indices=list(range(count)), prepare=[step], down="0,0,-1")
+    return Scene(name, frames, indices=list(range(count)), prepare=[step], down="0,0,-1", share=1.0 if quick else 0.5)
 
 
 def write_chair(path):
@@ -184,7 +185,8 @@ def frame_selection(scene, selection):
     first, last = scene.indices[0], scene.indices[-1]
     every = 10 if len(scene.indices) >= 60 else 2
     candidates = max(1, (last - first + 1) // every)
-    return every, every * math.ceil(candidates / selection.scans), every // 2
+    scans = max(1, int(scene.share * selection.scans))
+    return every, every * math.ceil(candidates / scans), every // 2
 
 
 def scene_common(scene, output, selection):
