@@ -101,13 +101,22 @@ if(TARGET make_room_map)
   add_custom_target(test_maps DEPENDS "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf")
   add_dependencies(tests test_maps)
 endif()
+# The same behaviour is asked of the node and of the nodelet.
 foreach(behaviour
-    localization localization_nodelet no_odometry external_prior tf_output missing_transforms bad_clouds map_change
-    map_sources initialpose time_jump two_robots lost quiet bad_parameters robot_example handheld_example)
+    localization no_odometry external_prior tf_output missing_transforms bad_clouds map_change initialpose time_jump lost
+    quiet traps)
+  foreach(nodelet false true)
+    ttsdf_rostest(${behaviour}.test DEPENDS test_maps localization_node ttsdf_localization_nodelet
+      ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=${nodelet})
+  endforeach()
+endforeach()
+foreach(behaviour
+    map_sources two_robots start_pose bad_parameters robot_example handheld_example)
   ttsdf_rostest(${behaviour}.test DEPENDS test_maps localization_node ttsdf_localization_nodelet
     ARGS map_dir:=${TTSDF_TEST_MAPS})
 endforeach()
 
+ttsdf_unit_test(ros/newest_slot_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/live_parameters_test.cpp LIBS ttsdf_ros)
 ttsdf_rostest(live_parameters.test SOURCE live_parameters_node_test.cpp LIBS ttsdf_ros
   DEPENDS test_maps ttsdf_localization_nodelet ARGS map_dir:=${TTSDF_TEST_MAPS})

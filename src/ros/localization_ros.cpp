@@ -130,7 +130,11 @@ void LocalizationRos::onReady(const boost::shared_ptr<const CloudScan>& cloud, b
     const std::lock_guard<std::mutex> lock(mutex_);
     epoch = epoch_;
   }
-  if (scans_.put({cloud, odometry, epoch})) ++dropped_;
+  // The message filter hands out what waited for the same transform in any order.
+  const auto newer = [](const ReadyScan& scan, const ReadyScan& waiting) {
+    return scan.epoch != waiting.epoch || scan.cloud->header.stamp > waiting.cloud->header.stamp;
+  };
+  if (scans_.put({cloud, odometry, epoch}, newer)) ++dropped_;
 }
 
 void LocalizationRos::runRegistration() {

@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -22,7 +23,7 @@ SCRIPTS = os.path.join(FOLDER, "..", "..", "scripts")
 sys.path.insert(0, FOLDER)
 import synthetic_frames  # noqa: E402
 
-from ttsdf_localization.msg import BuildProgress  # noqa: E402
+from ttsdf_localization.msg import BuildProgress, LocalizationStatus  # noqa: E402
 from ttsdf_localization.srv import BuildMap  # noqa: E402
 
 FRAMES = 150
@@ -113,6 +114,28 @@ class BagReplay(unittest.TestCase):
 
     def test_tracks_without_odometry(self):
         self.check(self.replay("handheld", False))
+
+    def test_goes_on_when_the_bag_loops(self):
+        bag = self.path("loop.bag")
+        run("frames_to_bag", self.frames, bag, "--rate", 15, "--every", 3)  # 3 s
+        states, loops = [], [0]
+        changed = threading.Condition()
+
+        def on_status(status):
+            with changed:
+                states.append(status)
+                if status.reason == LocalizationStatus.REASON_TIME_JUMP:
+                    loops[0] += 1
+                    del states[:-1]
+                changed.notify_all()
+        subscriber = rospy.Subscriber("status", LocalizationStatus, on_status, queue_size=200)
+        with Launch("replay.launch", bag=bag, map=self.map_file, loop=True), changed:
+            for loop in (1, 2):
+                self.assertTrue(changed.wait_for(
+                    lambda loop=loop: loops[0] >= loop and any(s.pose_valid for s in states), 90), states[-3:])
+        subscriber.unregister()
+        # On the same map, and nobody had to say where the camera is.
+        self.assertEqual(len({s.map_id for s in states}), 1)
 
 
 if __name__ == "__main__":

@@ -211,7 +211,7 @@ class Recorder:
         self.poses, self.statuses, self.transforms, self.odometry, self.diagnostics = [], [], [], [], {}
         self.transform_arrivals = []
         self.private = (namespace + '/' if namespace else '') + name
-        self._parent, self._child = parent, child
+        self.parent, self._child = parent, child
         self._changed = threading.Condition(threading.RLock())
         prefix = namespace + '/' if namespace else ''
         self._subscribers = [
@@ -232,7 +232,7 @@ class Recorder:
     def _on_tf(self, message):
         with self._changed:
             for t in message.transforms:
-                if t.header.frame_id == self._parent and t.child_frame_id == self._child:
+                if t.header.frame_id == self.parent and t.child_frame_id == self._child:
                     self.transforms.append(t)
                     self.transform_arrivals.append(time.monotonic())
             self._changed.notify_all()
@@ -293,6 +293,6 @@ def start_tracking(test, recorder, robot, timeout=90.0):
                     recorder.history())
     recorder.wait_for_initialpose_connection()
     taken = recorder.wait_for_status(lambda s: 'initialpose taken' in s.message,
-                                     do=lambda: recorder.set_pose(pose_message(robot.T_map_base)))
+                                     do=lambda: recorder.set_pose(pose_message(robot.T_map_base, recorder.parent)))
     test.assertIsNotNone(taken, recorder.history())
     test.assertTrue(recorder.wait_for_state(Status.TRACKING, timeout=timeout), recorder.history())

@@ -2,13 +2,15 @@
 """The map is replaced while the robot is localized; a bad one changes nothing."""
 
 import os
+import subprocess
+import sys
 import tempfile
 import unittest
 
 import rospy
 import rostest
 
-from fake_robot import FakeRobot, Recorder, Status, pose_message, start_tracking
+from fake_robot import FakeRobot, Recorder, Status, errors, matrix, pose_message, start_tracking
 from ttsdf_localization.msg import TtSdfMap
 from ttsdf_localization.srv import LoadMap, SetMap
 
@@ -54,10 +56,22 @@ class MapChange(unittest.TestCase):
         with open(os.path.join(self.maps, name), 'rb') as file:
             return file.read()
 
-    def test_replaced_many_times_without_losing_the_pose(self):
-        begin = len(self.recorder.statuses)
+    def test_replaced_a_hundred_times_under_load_without_losing_the_pose(self):
+        """While the robot drives, and two processes keep the processors busy."""
+        self.robot.velocity = 0.3
+        busy = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(2)]
+        try:
+            self.replace(100)
+        finally:
+            self.robot.velocity = 0.0
+            for process in busy:
+                process.kill()
+                process.wait()
+
+    def replace(self, times):
+        begin, poses = len(self.recorder.statuses), len(self.recorder.poses)
         ids = set()
-        for n in range(20):
+        for n in range(times):
             reply = self.load(os.path.join(self.maps, ('room.ttsdf', 'room_rank_25.ttsdf')[n % 2]))
             self.assertTrue(reply.success, reply.message)
             ids.add(reply.map_id)
@@ -65,6 +79,9 @@ class MapChange(unittest.TestCase):
         self.assertEqual(len(ids), 2)
         states = {s.state for s in self.recorder.statuses[begin:]}
         self.assertEqual(states, {Status.TRACKING}, self.recorder.history())
+        for pose in self.recorder.poses[poses:]:
+            truth = self.robot.truth[pose.header.stamp.to_nsec()]
+            self.assertLess(errors(matrix(pose.pose.pose.position, pose.pose.pose.orientation), truth)[0], 0.03)
 
     def test_a_truncated_file_is_refused(self):
         self.refused(self.read('room.ttsdf')[:-100], 'wanted')

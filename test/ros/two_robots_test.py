@@ -12,13 +12,14 @@ import room
 from fake_robot import FakeRobot, Recorder, errors, matrix, start_tracking
 
 POSES = {'one': room.pose(1.6, 1.2, 0.0, 0.5), 'two': room.pose(3.2, 3.6, 0.0, -1.2)}
+MAPS = {'one': 'map', 'two': 'two/world'}
 
 
 class TwoRobots(unittest.TestCase):
     def test_each_has_its_own_pose(self):
         recorders, robots = {}, {}
         for name, pose in POSES.items():
-            recorders[name] = Recorder(namespace=name, child=name + '/odom')
+            recorders[name] = Recorder(namespace=name, child=name + '/odom', parent=MAPS[name])
             robots[name] = FakeRobot(prefix=name + '/', odom=name + '/odom', cloud=name + '/cloud', start=pose).start()
         for name in POSES:
             start_tracking(self, recorders[name], robots[name])

@@ -11,16 +11,21 @@ namespace ttsdf {
 template <class Value>
 class NewestSlot {
  public:
-  /// Returns true if a waiting value was replaced.
-  bool put(Value value) {
-    bool replaced;
+  /// Returns true if one of two values was dropped for the other: the one that waited, unless
+  /// `isNewer(value, waiting)` is false.
+  template <class IsNewer>
+  bool put(Value value, const IsNewer& isNewer) {
+    bool dropped;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      replaced = value_.has_value();
-      value_ = std::move(value);
+      dropped = value_.has_value();
+      if (!dropped || isNewer(value, *value_)) value_ = std::move(value);
     }
     changed_.notify_one();
-    return replaced;
+    return dropped;
+  }
+  bool put(Value value) {
+    return put(std::move(value), [](const Value&, const Value&) { return true; });
   }
   /// Waits for a value; empty after close().
   std::optional<Value> take() {
