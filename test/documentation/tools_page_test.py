@@ -20,7 +20,7 @@ SECTIONS = (
     ("Maps and bags, with ROS libraries but without a master", "In the same folder.", ("offline_localizer",)),
     ("Scripts", "In `scripts/`.",
      ("demo", "test", "setup", "build", "frames_from", "frames_to_bag", "evaluate_trajectory", "results",
-      "plot_evaluation", "plot_map", "benchmark", "screenshot")),
+      "evaluate", "plot_evaluation", "plot_map", "benchmark", "screenshot", "update_pages")),
 )
 
 
