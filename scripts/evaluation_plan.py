@@ -71,6 +71,21 @@ def gravity_of(folder):
     return ",".join(path.read_text().split()) if path.exists() else ""
 
 
+def with_intrinsics(folder, output):
+    """(name, folder of frames with its intrinsics). 3DMatch keeps them beside the sequences: those are linked."""
+    names = ("camera-intrinsics.txt", "intrinsics.K.txt")
+    beside = folder.parent / names[0]
+    if any((folder / name).exists() for name in names) or not beside.exists():
+        return folder.name, folder
+    name = f"{folder.parent.name}_{folder.name}"
+    linked = output / name / "frames"
+    linked.mkdir(parents=True, exist_ok=True)
+    for file in [beside, *folder.glob("frame-*")]:
+        if not (linked / file.name).is_symlink():
+            (linked / file.name).symlink_to(file)
+    return name, linked
+
+
 def find_data(path, output, deeper=True):
     """Scenes and models at a path: a folder of frames, a TUM or Open3D folder, a model, or a folder of these."""
     path = pathlib.Path(path)
@@ -79,7 +94,8 @@ def find_data(path, output, deeper=True):
     if not path.is_dir():
         raise PlanError(f"--data: got '{path}', wanted a folder or a {', '.join(MODELS)} file")
     if any(path.glob("frame-*.depth.*")):
-        return [Scene(path.name, path, indices=frame_indices(path), down=gravity_of(path))]
+        name, frames = with_intrinsics(path.resolve(), output)
+        return [Scene(name, frames, indices=frame_indices(path), down=gravity_of(path))]
     for kind, marks, scale in (("tum", ("depth.txt", "groundtruth.txt"), 5000.0),
                                ("log", ("depth", "trajectory.log"), 1000.0)):
         if all((path / mark).exists() for mark in marks):

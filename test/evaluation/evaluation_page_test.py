@@ -172,6 +172,18 @@ class Plan(FolderTest):
         self.assertEqual(found[2].depth_scale, 5000.0)
         self.assertEqual(found[2].prepare[0].command[:2], ["@frames_from", "tum"])
 
+    def test_intrinsics_beside_the_sequences_are_linked_to_them(self):
+        scene = self.folder / "scene"
+        scene.mkdir()
+        self.frames("scene/seq-01", 2)
+        (scene / "camera-intrinsics.txt").write_text("K")
+        for _ in range(2):  # a second call finds the links
+            found = planning.find_data(scene, self.folder / "out")
+        self.assertEqual([d.name for d in found], ["scene_seq-01"])
+        self.assertEqual((found[0].frames / "camera-intrinsics.txt").read_text(), "K")
+        self.assertEqual(found[0].indices, [0, 1])
+        self.assertTrue((found[0].frames / "frame-000001.depth.png").exists())
+
     def test_nothing_known_is_an_error(self):
         for bad in (self.folder, self.folder / "absent"):
             with self.assertRaises(planning.PlanError):
