@@ -34,6 +34,23 @@ def read_logs(paths):
     return [row for path in paths for row in read_log(path)]
 
 
+def common(rows):
+    """The rows of perturbations that every method of a data set answered: all are judged by the same ones, however far
+    each of them got."""
+    def key(row):
+        return row["dataset"], row["scan"], row["kind"], row["magnitude"], row["direction"]
+
+    kept = []
+    for dataset in in_order(row["dataset"] for row in rows):
+        own = [row for row in rows if row["dataset"] == dataset]
+        answered = {}
+        for row in own:
+            answered.setdefault(row["method"], set()).add(key(row))
+        shared = set.intersection(*answered.values())
+        kept += [row for row in own if key(row) in shared]
+    return kept
+
+
 def group_name(dataset):
     """`objects-exact:armadillo` belongs to the group `objects-exact`."""
     return dataset.split(":")[0]
@@ -93,7 +110,7 @@ class Evaluation:
         self.memory = self._memory()
 
     def _grouped(self, *patterns):
-        rows = read_logs(path for pattern in patterns for path in sorted(self.output.glob(pattern)))
+        rows = common(read_logs(path for pattern in patterns for path in sorted(self.output.glob(pattern))))
         groups = in_order(group_name(row["dataset"]) for row in rows)
         groups.sort(key=lambda name: (name.startswith("objects"), name in ("apartment", "room")))  # real scenes first
         return {name: [row for row in rows if group_name(row["dataset"]) == name] for name in groups}

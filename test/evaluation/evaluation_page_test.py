@@ -131,6 +131,15 @@ class Page(FolderTest):
         self.assertEqual(evaluation_verdict.compare_group("k", sweep)[2],
                          [["k", "all", "time per scan", "5 ms", "GICP 4 ms"]])
 
+    def test_methods_are_judged_by_the_same_perturbations(self):
+        clouds = self.output / "kitchen" / "clouds_scans.csv"
+        lines = clouds.read_text().splitlines()
+        clouds.write_text("\n".join(lines[:3] + lines[5:]) + "\n")  # ICP never got to the last two of 0.1 m
+        sweep = evaluation_data.Sweep(evaluation_data.Evaluation(self.output).local["kitchen"])
+        self.assertEqual(sweep.cell("ours", "translation", 0.1).runs, 2)
+        self.assertEqual(sweep.cell("ours", "translation", 0.1).success, 1.0)
+        self.assertEqual(sweep.cell("ours", "translation", 0.5).runs, 4)
+
     def test_models_of_a_sensor_are_one_group(self):
         for model in ("chair", "stool"):
             write_log(self.output / model / "fields_none.csv",
