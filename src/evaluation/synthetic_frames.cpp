@@ -54,7 +54,8 @@ std::vector<Eigen::Isometry3d> viewsAround(double radius, int count, const Camer
     throw std::invalid_argument("views: got radius " + std::to_string(radius) + " m and " +
                                 std::to_string(count) + " views, wanted both above 0");
   }
-  const double half_view = std::atan(std::min(0.5 * K.width / std::abs(K.fx), 0.5 * K.height / std::abs(K.fy)));
+  const double half_view =
+      std::atan(std::min(0.5 * K.width / std::abs(K.fx), 0.5 * K.height / std::abs(K.fy)));
   const double distance = radius / std::sin(half_view);
   const double golden_angle = 3.14159265358979323846 * (3.0 - std::sqrt(5.0));
   std::vector<Eigen::Isometry3d> views;

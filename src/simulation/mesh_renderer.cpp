@@ -47,8 +47,8 @@ void drawTriangle(const std::array<Corner, 3>& c, int index, DepthBuffer& buffer
       if (w0 < 0.0 || w1 < 0.0 || w2 < -1e-12) continue;
       const double depth =
           1.0 / (w0 * c[0].inverse_depth + w1 * c[1].inverse_depth + w2 * c[2].inverse_depth);
-      const auto pixel = static_cast<std::size_t>(v) * static_cast<std::size_t>(buffer.width) +
-                         static_cast<std::size_t>(u);
+      const auto pixel =
+          static_cast<std::size_t>(v) * static_cast<std::size_t>(buffer.width) + static_cast<std::size_t>(u);
       if (depth >= buffer.depth[pixel]) continue;
       buffer.depth[pixel] = depth;
       buffer.triangle[pixel] = index;
@@ -58,8 +58,7 @@ void drawTriangle(const std::array<Corner, 3>& c, int index, DepthBuffer& buffer
 
 DepthBuffer draw(const SurfaceMesh& mesh, const Eigen::Matrix3Xd& p_camera, const CameraIntrinsics& K) {
   const auto pixels = static_cast<std::size_t>(K.width) * static_cast<std::size_t>(K.height);
-  DepthBuffer buffer{K.width, K.height,
-                     std::vector<double>(pixels, std::numeric_limits<double>::infinity()),
+  DepthBuffer buffer{K.width, K.height, std::vector<double>(pixels, std::numeric_limits<double>::infinity()),
                      std::vector<int>(pixels, -1)};
   for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
     std::array<Corner, 3> corners{};
@@ -91,8 +90,7 @@ DepthImage renderMesh(const SurfaceMesh& mesh, const DepthCameraOptions& options
   if (!T_map_camera.matrix().allFinite()) {
     throw std::invalid_argument("render: got a camera pose that is not finite, wanted a rigid motion");
   }
-  if (!mesh.empty() &&
-      (mesh.triangles.minCoeff() < 0 || mesh.triangles.maxCoeff() >= mesh.vertices.cols())) {
+  if (!mesh.empty() && (mesh.triangles.minCoeff() < 0 || mesh.triangles.maxCoeff() >= mesh.vertices.cols())) {
     throw std::invalid_argument("render: got a triangle whose vertex does not exist");
   }
   const Eigen::Matrix3Xd p_camera =

@@ -109,8 +109,7 @@ ttsdf::BuiltMap buildFromVolume(const Arguments& a, ttsdf::Progress& progress, S
 
 ttsdf::BuiltMap buildFromMesh(const Arguments& a, Source& source, const ttsdf::BuildProgress& show) {
   const auto start = std::chrono::steady_clock::now();
-  const auto field =
-      ttsdf::sampleMesh(ttsdf::readMesh(a.mesh, a.scale), a.fusion.voxel_size, a.build, show);
+  const auto field = ttsdf::sampleMesh(ttsdf::readMesh(a.mesh, a.scale), a.fusion.voxel_size, a.build, show);
   source.seconds = secondsSince(start);
   return ttsdf::compress(field, a.fusion, a.build, show);
 }

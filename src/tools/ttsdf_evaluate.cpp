@@ -13,8 +13,7 @@ namespace {
 
 struct Arguments {
   std::string map, frames, dataset, output, translations = "0.05,0.1,0.2,0.5,1.0",
-                                            rotations = "0.01,0.02,0.05,0.1,0.25", map_down,
-                                            map_mesh, memory;
+                                            rotations = "0.01,0.02,0.05,0.1,0.25", map_down, map_mesh, memory;
   std::vector<std::string> methods;
   double depth_scale = 1000.0, cell = 0.05, gravity_sigma = 0.1;
   int every = 10, offset = 5, stride = 8, map_every = 10, map_offset = 0, map_stride = 2, directions = 5,
@@ -29,10 +28,11 @@ void declare(ttsdf::CommandLine& line, Arguments& a) {
   line.value("map", "MAP.ttsdf", a.map, "The map of the methods that name none.")
       .value("frames", "DIR", a.frames, "Frames folder with the scans and their true poses.")
       .value("output", "LOG.csv", a.output, "One row per estimate. What it already holds is not run again.")
-      .value("methods", "SPEC", a.methods,
-             "[label=]kind[:key=value,...], any number. Kinds: prior, track, search, global, icp, icp_plane, "
-             "gicp, ndt, "
-             "fpfh_ransac, fpfh_fgr. Keys: map, interpolation, dense, and every option below. (default track)")
+      .value(
+          "methods", "SPEC", a.methods,
+          "[label=]kind[:key=value,...], any number. Kinds: prior, track, search, global, icp, icp_plane, "
+          "gicp, ndt, "
+          "fpfh_ransac, fpfh_fgr. Keys: map, interpolation, dense, and every option below. (default track)")
       .value("dataset", "NAME", a.dataset,
              "Label of the data set in the log (default: name of the frames folder).")
       .value("every", "N", a.every, "Scans are the frames whose index % N is the offset.")

@@ -19,11 +19,13 @@ struct Arguments {
 };
 
 void declare(ttsdf::CommandLine& line, Arguments& a) {
-  line.value("output", "DIR", a.output, "Folder of the frames, in the layout that ttsdf_build --frames reads.")
+  line.value("output", "DIR", a.output,
+             "Folder of the frames, in the layout that ttsdf_build --frames reads.")
       .value("frames", "N", a.frames, "Frames, spread evenly over the camera's way through the world.")
       .value("laps", "N", a.laps, "How many times round the camera goes.")
-      .value("mesh", "FILE", a.mesh,
-             "Views of a model instead (.ply, .obj, .off). The model as it was rendered goes to DIR/mesh.ply.")
+      .value(
+          "mesh", "FILE", a.mesh,
+          "Views of a model instead (.ply, .obj, .off). The model as it was rendered goes to DIR/mesh.ply.")
       .value("views", "N", a.views, "Views of the model, from all sides.")
       .value("size", "METRES", a.size, "Largest side that the model is scaled to.")
       .value("sensor", "NAME", a.sensor, "none | kinect | realsense: noise that replaces the options below.")
@@ -63,8 +65,7 @@ int simulateMesh(const Arguments& a, ttsdf::Progress& progress) {
   int index = 0;
   for (const auto& T_map_camera : ttsdf::viewsAround(radius, a.views, intrinsics)) {
     progress.update("rendering", static_cast<double>(index) / a.views);
-    const auto image =
-        ttsdf::renderMesh(mesh, a.rig.camera, T_map_camera, static_cast<std::uint64_t>(index));
+    const auto image = ttsdf::renderMesh(mesh, a.rig.camera, T_map_camera, static_cast<std::uint64_t>(index));
     writer.write(index++, image, T_map_camera);
   }
   return index;

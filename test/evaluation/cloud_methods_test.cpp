@@ -56,9 +56,9 @@ ScanPoints scanFrom(const Eigen::Isometry3d& T_map_sensor) {
 Eigen::Isometry3d sensorPose() {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() << 0.2, -0.3, 3.0;
-  T.linear() = (Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()) *
-                Eigen::AngleAxisd(3.0, Eigen::Vector3d::UnitX()))
-                   .toRotationMatrix();
+  T.linear() =
+      (Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(3.0, Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
   return T;
 }
 
@@ -90,7 +90,8 @@ TEST_P(FeatureMethod, FindsTheScanWithoutAPriorAndIgnoresOne) {
   const ScanPoints scan = scanFrom(truth);
   const Estimate estimate = method->estimate(scan, Eigen::Isometry3d::Identity(), std::nullopt);
   EXPECT_TRUE(estimate.accepted);
-  EXPECT_LT(poseError(truth, estimate.T_map_sensor).translation, 5.0 * options.feature_cell);  // FPFH's radius
+  EXPECT_LT(poseError(truth, estimate.T_map_sensor).translation,
+            5.0 * options.feature_cell);  // FPFH's radius
   const Estimate other = method->estimate(scan, truth, std::nullopt);
   EXPECT_TRUE(estimate.T_map_sensor.isApprox(other.T_map_sensor));
 }

@@ -59,11 +59,11 @@ TEST(FastGlobalRegistration, AgreesWithUmeyamaOfTheRightPairsDespiteWrongOnes) {
     const double wrong = 0.5;
     const Problem problem = makeProblem(400, wrong, 0.01, seed);
     const Eigen::Index first = static_cast<Eigen::Index>(wrong * 400);
-    const Eigen::Matrix4d oracle = Eigen::umeyama(problem.source.rightCols(400 - first).cast<double>(),
-                                                  problem.target.rightCols(400 - first).cast<double>(), false);
-    const PoseError error =
-        poseError(Eigen::Isometry3d(oracle),
-                  alignCorrespondences(problem.source, problem.target, problem.matches, {}));
+    const Eigen::Matrix4d oracle =
+        Eigen::umeyama(problem.source.rightCols(400 - first).cast<double>(),
+                       problem.target.rightCols(400 - first).cast<double>(), false);
+    const PoseError error = poseError(
+        Eigen::Isometry3d(oracle), alignCorrespondences(problem.source, problem.target, problem.matches, {}));
     EXPECT_LT(error.translation, 0.01) << seed;
     EXPECT_LT(error.rotation, 0.01) << seed;
   }

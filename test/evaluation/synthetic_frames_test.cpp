@@ -14,8 +14,7 @@ namespace {
 const CameraIntrinsics kIntrinsics{64, 48, 50.0, 50.0, 31.5, 23.5};
 
 TEST(FrameWriter, WritesWhatTheFolderReaderReads) {
-  const auto folder =
-      std::filesystem::temp_directory_path() / ("ttsdf_frames_" + std::to_string(::getpid()));
+  const auto folder = std::filesystem::temp_directory_path() / ("ttsdf_frames_" + std::to_string(::getpid()));
   DepthImage image{64, 48, std::vector<float>(64 * 48, 1.25f)};
   image.depth[5] = 0.0f;
   image.depth[6] = 100.0f;  // more than 16 bits of millimetres
@@ -41,7 +40,8 @@ TEST(ScaledMesh, IsCentredAndHasTheSize) {
   mesh.triangles.resize(3, 1);
   mesh.triangles << 0, 1, 2;
   const SurfaceMesh scaled = scaledTo(mesh, 2.0);
-  const Eigen::Vector3f low = scaled.vertices.rowwise().minCoeff(), high = scaled.vertices.rowwise().maxCoeff();
+  const Eigen::Vector3f low = scaled.vertices.rowwise().minCoeff(),
+                        high = scaled.vertices.rowwise().maxCoeff();
   EXPECT_NEAR((high - low).maxCoeff(), 2.0f, 1e-6f);
   EXPECT_NEAR((high + low).norm(), 0.0f, 1e-6f);
   EXPECT_NEAR((high - low).y(), 0.8f, 1e-6f);

@@ -15,12 +15,12 @@ namespace ttsdf {
 using Correspondence = std::pair<int, int>;
 
 struct FastGlobalOptions {
-  double fgr_distance = 0.05;          ///< delta: where the annealing of the kernel ends [m]
-  double fgr_tuple_similarity = 0.9;   ///< tau: edges of a pair of triangles may differ by this ratio
-  int fgr_max_tuples = 1000;           ///< triangles kept at the most
-  int fgr_tuple_trials_per_pair = 100; ///< triangles tried per correspondence
-  int fgr_iterations_per_scale = 4;    ///< before mu is halved
-  int fgr_min_matches = 10;            ///< correspondences after the tuple test; fewer is no answer
+  double fgr_distance = 0.05;           ///< delta: where the annealing of the kernel ends [m]
+  double fgr_tuple_similarity = 0.9;    ///< tau: edges of a pair of triangles may differ by this ratio
+  int fgr_max_tuples = 1000;            ///< triangles kept at the most
+  int fgr_tuple_trials_per_pair = 100;  ///< triangles tried per correspondence
+  int fgr_iterations_per_scale = 4;     ///< before mu is halved
+  int fgr_min_matches = 10;             ///< correspondences after the tuple test; fewer is no answer
   int fgr_seed = 1;
 };
 const OptionTable<FastGlobalOptions>& fastGlobalOptionTable();

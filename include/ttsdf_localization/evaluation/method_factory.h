@@ -17,7 +17,8 @@ namespace ttsdf {
 
 struct MethodSpec {
   std::string label;  ///< default: the spec itself, with blanks for commas
-  std::string kind;   ///< prior | track | search | global | icp | icp_plane | gicp | ndt | fpfh_ransac | fpfh_fgr
+  std::string
+      kind;  ///< prior | track | search | global | icp | icp_plane | gicp | ndt | fpfh_ransac | fpfh_fgr
   /// For the field methods: map=FILE, interpolation=nearest|trilinear, dense=true (the decompressed field),
   /// and every option of registration, search and global localization. For the cloud methods: their options.
   std::vector<std::pair<std::string, std::string>> settings;
