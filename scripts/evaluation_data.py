@@ -12,6 +12,10 @@ KINDS = (("translation", "m"), ("rotation", "rad"))
 NUMBERS = ("magnitude", "translation_error", "rotation_error", "ms", "cpu_ms")
 
 
+ORDER = ("prior", "ours", "ours_search", "ours_not_compressed", "ours_global", "TT-SDF2PC", "TT-TSDF", "SDF2PC", "TSDF2PC",
+         "ICP", "ICP_plane", "GICP", "NDT", "FPFH_RANSAC", "FPFH_FGR")
+
+
 class DataError(Exception):
     pass
 
@@ -60,6 +64,12 @@ def in_order(values):
     return list(dict.fromkeys(values))
 
 
+def methods_in_order(rows):
+    """The order of the tables, whatever the order of the log; methods that are not known here come last."""
+    methods = in_order(row["method"] for row in rows)
+    return sorted(methods, key=lambda m: ORDER.index(m) if m in ORDER else len(ORDER))
+
+
 @dataclass
 class Cell:
     """All runs of a method from perturbations of one magnitude."""
@@ -82,7 +92,7 @@ class Sweep:
     """method -> (kind, magnitude) -> Cell, of one group of data sets."""
 
     def __init__(self, rows):
-        self.methods = in_order(row["method"] for row in rows)
+        self.methods = methods_in_order(rows)
         self.scans = len({(row["dataset"], row["scan"]) for row in rows})
         cells = {}
         for row in rows:

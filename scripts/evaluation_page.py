@@ -7,7 +7,7 @@ import platform
 import subprocess
 
 import evaluation_plots as plots
-from evaluation_data import KINDS, SUCCESS_DISTANCE, DataError, Evaluation, Sweep, condense, in_order
+from evaluation_data import KINDS, SUCCESS_DISTANCE, DataError, Evaluation, Sweep, condense, in_order, methods_in_order
 from evaluation_memory import memory_section
 from evaluation_verdict import verdict_section
 
@@ -106,7 +106,7 @@ def group_section(group, rows, folder):
     plots.plot_errors(title_of(group), rows, folder / picture)
     times = table(["method", "ms"], [[bold(m, m), bold(f"{t:.3g}", m)] for m, t in sweep.times.items() if m != "prior"])
     return "\n\n".join([
-        f"## {title_of(group)[0].upper() + title_of(group)[1:]}",
+        f"## On {title_of(group)}",
         f"{sweep.scans} scans, {runs} runs per cell.",
         f"![errors]({picture})",
         f"Success [%]: translation error below {100 * SUCCESS_DISTANCE:g} cm.",
@@ -119,7 +119,7 @@ def group_section(group, rows, folder):
 def without_prior_section(evaluation):
     rows = []
     for group, log in evaluation.without_prior.items():
-        for method in in_order(row["method"] for row in log):
+        for method in methods_in_order(log):
             cell = condense([row for row in log if row["method"] == method])
             rows.append([title_of(group), method, str(cell.runs), f"{100 * cell.success:.0f}",
                          f"{millis(cell.translation[1])} ({millis(cell.translation[0])}-{millis(cell.translation[2])})",
