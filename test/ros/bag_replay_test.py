@@ -92,7 +92,7 @@ class BagReplay(unittest.TestCase):
         options = [] if odometry else ["--no-odometry"]
         run("frames_to_bag", self.frames, bag, "--rate", 15, *options)
         with Launch("replay.launch", bag=bag, map=self.map_file, record=output,
-                    odom_frame_id="odom" if odometry else "") as process:
+                    odom_frame_id="odom" if odometry else "none") as process:
             process.wait(timeout=90)
         run("evaluate_trajectory", output + ":ground_truth", output + ":pose", "--status", output + ":status",
             "--json", figures)
