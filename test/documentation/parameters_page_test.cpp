@@ -12,6 +12,7 @@
 #include "ttsdf_localization/ros/demo_ros.h"
 #include "ttsdf_localization/ros/localization_options.h"
 #include "ttsdf_localization/ros/map_builder_options.h"
+#include "ttsdf_localization/ros/operator_menu.h"
 #include "ttsdf_localization/ros/simulated_camera_options.h"
 
 namespace ttsdf {
@@ -101,6 +102,11 @@ std::string page() {
                "The noise options of the group camera have the defaults of the preset that `noise` names; "
                "these are kinect's.",
                simulatedCameraParameters(camera));
+  OperatorMenuOptions menu;
+  ParameterSet menu_parameters;
+  menu_parameters.add("", menu, operatorMenuOptionTable());
+  writeSection(out, "Operator menu", "`operator_menu_node`, started by the launch files with `rviz:=true`.",
+               menu_parameters);
   DemoOptions demo;
   ParameterSet demo_parameters;
   demo_parameters.add("", demo, demoOptionTable());

@@ -16,11 +16,13 @@ with exit code 0 on success, 2 on wrong usage and 1 on failure, with one line on
 
 SECTIONS = (
     ("Maps, without ROS", "In `devel/lib/ttsdf_localization` of the build folder.",
-     ("ttsdf_build", "ttsdf_info", "ttsdf_query", "ttsdf_convert", "ttsdf_register", "ttsdf_evaluate")),
+     ("ttsdf_build", "ttsdf_info", "ttsdf_query", "ttsdf_convert", "ttsdf_register", "ttsdf_evaluate",
+      "ttsdf_simulate")),
     ("Maps and bags, with ROS libraries but without a master", "In the same folder.", ("offline_localizer",)),
     ("Scripts", "In `scripts/`.",
      ("demo", "test", "setup", "build", "frames_from", "frames_to_bag", "evaluate_trajectory", "results",
-      "evaluate", "plot_evaluation", "plot_map", "benchmark", "screenshot", "update_pages")),
+      "evaluate", "replay_results", "long_drive", "plot_evaluation", "plot_map", "benchmark", "screenshot",
+      "update_pages")),
 )
 
 
@@ -44,7 +46,19 @@ def page(tools):
     return text
 
 
+def forgotten():
+    """Programs that no section names."""
+    named = {name for _, _, programs in SECTIONS for name in programs}
+    tools = {path.stem for path in (REPOSITORY / "src" / "tools").glob("ttsdf_*.cpp")}
+    scripts = {path.name for path in (REPOSITORY / "scripts").iterdir()
+               if path.is_file() and os.access(str(path), os.X_OK) and not path.suffix}
+    return sorted((tools | scripts) - named - {"summarize_tests"})  # part of scripts/test
+
+
 def main(tools, update):
+    if forgotten():
+        print("%s does not name %s" % (PAGE, ", ".join(forgotten())))
+        return 1
     wanted = page(pathlib.Path(tools))
     if update:
         PAGE.write_text(wanted, encoding="utf-8")
