@@ -180,6 +180,8 @@ if(TARGET ros_map_server_test)
   target_compile_definitions(ros_map_server_test PRIVATE MAP_SERVER_NODE="$<TARGET_FILE:map_server_node>")
 endif()
 if(TTSDF_BUILD_TESTS AND CATKIN_ENABLE_TESTING)
+  add_test(NAME documentation_behaviour_page_test COMMAND ${PYTHON_EXECUTABLE} -B
+    "${CMAKE_CURRENT_SOURCE_DIR}/test/documentation/behaviour_page_test.py")
   add_test(NAME scripts_test COMMAND ${PYTHON_EXECUTABLE} "${CMAKE_CURRENT_SOURCE_DIR}/test/scripts/scripts_test.py")
 endif()
 
