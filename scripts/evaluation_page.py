@@ -33,6 +33,9 @@ than local ones. Its memory for both learned maps is 640 kB (5000 features) |
 """
 
 
+FURTHER = "[Where the error comes from](accuracy.md): what is the field's, the compression's and the truth's."
+
+
 class PageError(Exception):
     pass
 
@@ -169,6 +172,7 @@ def write(output, folder):
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     parts = ["# Results", run_section(evaluation.run_facts()), verdict_section(evaluation, title_of, table),
+             *([FURTHER] if (folder / "accuracy.md").exists() else []),
              "## Methods\n" + METHODS.rstrip()]
     parts += [group_section(group, rows, folder) for group, rows in evaluation.local.items()]
     if evaluation.without_prior:
