@@ -200,6 +200,8 @@ class EvaluateTrajectory(ScriptTest):
         result = run("evaluate_trajectory", "/nowhere/a.txt", "/nowhere/b.bag:pose")
         self.assertEqual(result.returncode, 1)
         self.assertIn("/nowhere/a.txt", result.stdout)
+        result = run("evaluate_trajectory", "/nowhere/a.bag", "/nowhere/b.bag:pose")
+        self.assertIn("got a bag without a topic, wanted /nowhere/a.bag:TOPIC", result.stdout)
 
 
 class SummarizeTests(ScriptTest):
