@@ -7,8 +7,8 @@ endif()
 if(PYTHON_EXECUTABLE)
   set(TTSDF_PYTHON "${PYTHON_EXECUTABLE}")
 else()
-  find_package(Python3 COMPONENTS Interpreter)
-  set(TTSDF_PYTHON "${Python3_EXECUTABLE}")
+  find_program(TTSDF_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH)  # the one that has Debian's numpy
+  find_program(TTSDF_PYTHON python3)
 endif()
 
 ttsdf_unit_test(documentation/map_format_test.cpp LIBS ttsdf_core ZLIB::ZLIB)
