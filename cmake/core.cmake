@@ -50,6 +50,7 @@ ttsdf_library(ttsdf_core
     src/registration/result.cpp
     src/registration/registration.cpp
     src/registration/descent.cpp
+    src/registration/ray_check.cpp
     src/registration/start_poses.cpp
     src/registration/search.cpp
     src/registration/global_localization.cpp

@@ -23,6 +23,7 @@ ttsdf_unit_test(registration/scan_buffer_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(registration/linearizer_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(registration/registration_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(registration/covariance_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(registration/ray_check_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(registration/start_poses_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(registration/search_test.cpp LIBS ttsdf_core)
 

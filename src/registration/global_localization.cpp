@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "descent.h"
+#include "ray_check.h"
 #include "start_poses.h"
 #include "ttsdf_localization/registration/search.h"
 
@@ -20,7 +21,7 @@ const OptionTable<GlobalOptions>& globalOptionTable() {
           .add("tilt_sigma", &O::tilt_sigma, 0.0, 3.2, "rad", "Trust in the gravity hint")
           .add("min_margin", &O::min_margin, 0.0, 1.0, "",
                "The best other place must score worse by this much")
-          .add("max_score", &O::max_score, 0.0, 1.0, "", "A worse best score is refused")
+          .add("max_score", &O::max_score, 0.0, 1.0, "", "A worse best score is refused; seeing through walls counts")
           .add("max_seconds", &O::max_seconds, 0.01, 3600.0, "s", "Time limit")
           .add("threads", &O::threads, 1, 64, "", "Threads")
           .add("seed", &O::seed, 0, 2147483647, "", "Seed of the starts");
@@ -44,12 +45,15 @@ std::vector<Eigen::Isometry3d> poses(const std::vector<Candidate>& candidates) {
 constexpr double kSamePlace = 0.3;  // [m]
 constexpr double kSameAngle = 0.3;  // [rad]
 
+/// What tells places apart: 0 is perfect.
+double verdict(const RegistrationResult& r) { return r.score + r.blocked_ratio; }
+
 void judge(const GlobalOptions& options, RegistrationResult& best) {
   if (best.reason == TerminationReason::kTooFewPoints) return;
-  if (best.score > options.max_score || !best.success) {
+  if (verdict(best) > options.max_score || !best.success) {
     best.success = false;
     best.reason = TerminationReason::kLowScore;
-  } else if (best.runner_up_score - best.score < options.min_margin) {
+  } else if (best.runner_up_score - verdict(best) < options.min_margin) {
     best.success = false;
     best.reason = TerminationReason::kAmbiguous;
   }
@@ -103,19 +107,21 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
        keepGoing(0.8 + 0.2 * static_cast<double>(n) / static_cast<double>(candidates.size()));
        ++n) {
     refined.push_back(registration.polish(points, candidates[n].T_map_sensor));
+    refined.back().blocked_ratio = blockedShare(registration.field(), scan, refined.back().T_map_sensor);
   }
   best.points = scan.size();
   best.reason = TerminationReason::kLowScore;  // if no start came through in time
   if (!refined.empty()) {
     const auto& first = *std::min_element(
         refined.begin(), refined.end(),
-        [](const RegistrationResult& a, const RegistrationResult& b) { return a.score < b.score; });
+        [](const RegistrationResult& a, const RegistrationResult& b) { return verdict(a) < verdict(b); });
     best = registration.align(points, first.T_map_sensor);
+    best.blocked_ratio = blockedShare(registration.field(), scan, best.T_map_sensor);
   }
   for (const auto& r : refined) {
     const PoseError e = poseError(best.T_map_sensor, r.T_map_sensor);
-    if ((e.translation > kSamePlace || e.rotation > kSameAngle) && r.score < best.runner_up_score) {
-      best.runner_up_score = r.score;
+    if ((e.translation > kSamePlace || e.rotation > kSameAngle) && verdict(r) < best.runner_up_score) {
+      best.runner_up_score = verdict(r);
       best.T_map_runner_up = r.T_map_sensor;
     }
   }

@@ -59,7 +59,8 @@ struct RegistrationResult {
   double outside_ratio = 0.0;    ///< points outside the box / points
   double unknown_ratio = 0.0;    ///< points in unknown space / points
   double score = 1.0;            ///< mean r^2 / (r^2 + s^2), s = 3 cm; unknown 0.7, outside 1 (0 is perfect)
-  double runner_up_score = 1.0;  ///< global: of the best distinct other place
+  double blocked_ratio = 0.0;    ///< global: rays that the map's matter stands in the way of / rays
+  double runner_up_score = 1.0;  ///< global: score + blocked_ratio of the best distinct other place
   Eigen::Isometry3d T_map_runner_up = Eigen::Isometry3d::Identity();
   Matrix6d covariance =
       Matrix6d::Zero();  ///< of the left perturbation [rotation; translation] about the sensor's position

@@ -24,8 +24,8 @@ struct GlobalOptions {
   int coarse_points = 300;
   int refined = 40;
   double tilt_sigma = 0.1;   ///< trust in the gravity hint [rad]
-  double min_margin = 0.02;  ///< score of the runner-up must be worse by this much
-  double max_score = 0.45;   ///< a worse best score is refused
+  double min_margin = 0.02;  ///< score + blocked_ratio of the runner-up must be worse by this much
+  double max_score = 0.35;   ///< a worse best score + blocked_ratio is refused
   double max_seconds = 20.0;
   int threads = 2;
   int seed = 1;
@@ -41,7 +41,8 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
                               const Eigen::Isometry3d& T_map_sensor_prior, const SearchOptions& options,
                               const std::optional<Matrix6d>& covariance = std::nullopt);
 
-/// No prior at all. `gravity`: the down direction in the sensor frame; `map_down`: in the map frame.
+/// No prior at all. Candidates are told apart by score + blocked_ratio: rays that end on surfaces, and that got there
+/// through free space. `gravity`: the down direction in the sensor frame; `map_down`: in the map frame.
 /// reason kAmbiguous or kLowScore and success false when the answer cannot be trusted.
 RegistrationResult localizeGlobally(Registration& registration, const ScanPoints& points,
                                     const std::optional<Eigen::Vector3d>& gravity,
