@@ -1,7 +1,6 @@
 #pragma once
 // Lossless compression of one block of the map file: liblzma's adaptive binary range coder without a
-// container (section sizes and checksums are the file's business). Measured against zstd and the .xz
-// container on maps: doc/map_format.md.
+// container (section sizes and checksums are the file's business).
 
 #include <cstdint>
 #include <string>

@@ -11,7 +11,7 @@ namespace ttsdf {
 
 namespace {
 
-/// A step of so many thresholds loses little of what the fit kept (measured: doc/map_format.md).
+/// A step of so many thresholds loses little of what the fit kept.
 constexpr double kStepPerThreshold = 8.0;
 constexpr int kMostTrials = 8;
 

@@ -16,7 +16,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 
-/// Chosen by bytes at equal error near the surface on maps of real rooms (doc/map_format.md).
+/// Chosen by bytes at equal error near the surface on maps of real rooms.
 constexpr double kMiddleThreshold = 0.72;
 constexpr double kBasisThreshold = 0.6;
 

@@ -26,7 +26,7 @@ class Method {
   /// belongs in here: the call is what gets timed.
   virtual Estimate estimate(const ScanPoints& points, const Eigen::Isometry3d& T_map_prior,
                             const std::optional<Eigen::Vector3d>& gravity) = 0;
-  /// Bytes of the map as the paper counts them (section V, Metrics).
+  /// Bytes of the map as the paper counts them (section VI, Metrics).
   virtual std::size_t paperBytes() const = 0;
   /// Bytes of the map as it lies in memory here, search structures and caches included as far as they are
   /// known.

@@ -1,5 +1,5 @@
 #pragma once
-// The paper's sweep (section V): every observation starts from its true pose, moved by a pure translation or
+// The paper's sweep (section VI): every observation starts from its true pose, moved by a pure translation or
 // turned by a pure rotation about the sensor, in directions sampled uniformly.
 
 #include <Eigen/Geometry>

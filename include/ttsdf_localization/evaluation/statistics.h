@@ -1,5 +1,7 @@
 #pragma once
 
+// Order statistics of the evaluation.
+
 #include <vector>
 
 namespace ttsdf {

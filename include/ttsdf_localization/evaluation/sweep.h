@@ -14,15 +14,14 @@
 
 namespace ttsdf {
 
-/// Paper, section V of the project's own reading: an estimate within this distance of the truth is a success
-/// [m].
+/// An estimate within this distance of the truth is a success [m]; the paper counts none, it shows quartiles.
 inline constexpr double kSuccessDistance = 0.05;
 
 struct SweepRecord {
   std::string dataset, method, scan;
   PerturbationKind kind = PerturbationKind::kTranslation;
-  double magnitude = 0.0;
-  int direction = 0;
+  double magnitude = 0.0;  ///< [m] or [rad], by kind
+  int direction = 0;       ///< number of the direction, from 0
   double translation_error = 0.0;                    ///< [m]
   double rotation_error = 0.0;                       ///< [rad]
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< estimated position in the true sensor frame [m]:

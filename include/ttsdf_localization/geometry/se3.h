@@ -9,7 +9,7 @@ namespace ttsdf {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// Skew-symmetric matrix with hat(a) * b == a.cross(b).
+/// Skew-symmetric matrix with hat(a) * b == a.cross(b). Every function here is pure and thread-safe.
 Eigen::Matrix3d hat(const Eigen::Vector3d& w);
 
 /// Rotation vector [rad] to rotation matrix (Rodrigues), exact near 0.
@@ -27,12 +27,12 @@ Eigen::Isometry3d expSe3(const Vector6d& xi);
 /// Log: SE(3) -> se(3), inverse of expSe3 for rotations below pi.
 Vector6d logSe3(const Eigen::Isometry3d& T);
 
-/// Adjoint: Exp(adjoint(T) xi) = T Exp(xi) T^-1.
+/// Adjoint for twists [rotation; translation]: Exp(adjoint(T) xi) = T Exp(xi) T^-1.
 Matrix6d adjoint(const Eigen::Isometry3d& T);
 
 /// Nearest rigid motion to a 4x4 matrix whose rotation block is only roughly orthonormal (polar projection).
-/// Throws std::invalid_argument for NaN, a last row other than 0 0 0 1, a mirrored or a singular block, or a block further than `tolerance`
-/// (largest absolute entry of R R^T - I) from a rotation.
+/// Throws std::invalid_argument for NaN, a last row other than 0 0 0 1, a mirrored or a singular block, or a
+/// block further than `tolerance` (largest absolute entry of R R^T - I) from a rotation.
 Eigen::Isometry3d orthonormalized(const Eigen::Matrix4d& matrix, double tolerance = 0.05);
 
 struct PoseError {
@@ -40,7 +40,8 @@ struct PoseError {
   double rotation = 0.0;     ///< [rad]
 };
 
-/// Error of the SE(3) difference T_a^-1 T_b, translation and rotation apart (paper, section V).
+/// Error of the SE(3) difference T_a^-1 T_b, translation and rotation apart (paper, section VI,
+/// Metrics).
 PoseError poseError(const Eigen::Isometry3d& T_a, const Eigen::Isometry3d& T_b);
 
 /// Swaps the 3x3 blocks between the library's [rotation; translation] and ROS's [translation; rotation]

@@ -14,6 +14,7 @@ struct Prediction {
   Matrix6d covariance = Matrix6d::Zero();  ///< left perturbation [rotation; translation] about the base
 };
 
+/// Not thread-safe. Times are the scans' stamps.
 class MotionModel {
  public:
   explicit MotionModel(MotionOptions options = {}) : options_(std::move(options)) {}

@@ -41,7 +41,7 @@ struct EncodeOptions {
 std::vector<std::uint8_t> serialize(const TtSdfMap& map, const EncodeOptions& options = {});
 /// Bytes of the file that serialize would make. Exact, and as expensive.
 std::size_t encodedSize(const TtSdfMap& map, const EncodeOptions& options);
-/// Throws MapFormatError; never allocates more than what the checked sizes justify (cores of at most 2^24
+/// Throws MapFormatError; never allocates more than what the checked sizes justify (cores of at most 2^26
 /// numbers).
 TtSdfMap deserialize(const std::uint8_t* data, std::size_t size);
 
@@ -51,7 +51,8 @@ struct MapFileInfo {
   std::string map_id;  ///< 8 hex digits, CRC-32 of the whole file: equal bytes, equal id
 };
 
-MapFileInfo fileInfo(const std::uint8_t* data, std::size_t size);  ///< throws MapFormatError
+/// Checks the container and reads the first field of the cores, nothing else. Throws MapFormatError.
+MapFileInfo fileInfo(const std::uint8_t* data, std::size_t size);
 
 /// Writes to a temporary neighbour and renames: an interrupted save leaves the old file. Throws
 /// std::runtime_error.
@@ -60,6 +61,7 @@ void saveMap(const TtSdfMap& map, const std::string& path, const EncodeOptions& 
 TtSdfMap loadMap(const std::string& path);
 /// Whole file; throws std::runtime_error naming the path, also for files above `max_bytes`.
 std::vector<std::uint8_t> readFile(const std::string& path, std::size_t max_bytes = std::size_t{1} << 30);
+/// Temporary neighbour, fsync, rename. Throws std::runtime_error naming the path; the old file stays.
 void writeFileAtomically(const std::string& path, const std::vector<std::uint8_t>& bytes);
 
 }  // namespace ttsdf

@@ -1,7 +1,7 @@
 #pragma once
 // A train whose middle core is made to be stored: of all middle cores that describe the samples that matter,
 // one with few cosine coefficients. Where a map knows nothing, any value will do, and that freedom is worth
-// more bytes than any entropy coder saves (doc/map_format.md has the figures).
+// more bytes than any entropy coder saves.
 
 #include <functional>
 #include <vector>

@@ -1,5 +1,7 @@
 #pragma once
 
+// Depth images and the pinhole camera that took them: plain data, shared with the simulation.
+
 #include <Eigen/Core>
 #include <vector>
 

@@ -16,6 +16,7 @@ DepthImage readDepthImage(const std::string& path, double units_per_metre);
 
 /// 4x4 row-major pose, re-orthonormalised. Throws std::runtime_error naming the file (missing, NaN, not a rotation).
 Eigen::Isometry3d readPose(const std::string& path);
+/// 4x4 row-major, enough digits to read the same numbers back. Throws std::runtime_error naming the file.
 void writePose(const std::string& path, const Eigen::Isometry3d& T);
 
 struct FrameEntry {
@@ -31,7 +32,7 @@ class FrameFolder {
 
   const CameraIntrinsics& intrinsics() const { return intrinsics_; }  ///< width and height from the first readable image
   const std::vector<FrameEntry>& frames() const { return frames_; }   ///< rising index; only frames that have a pose file
-  /// Frames whose index % every == offset.
+  /// Frames whose index % every == offset. Throws std::invalid_argument unless 0 <= offset < every.
   std::vector<FrameEntry> select(int every, int offset) const;
   DepthImage depth(const FrameEntry& frame) const { return readDepthImage(frame.depth_path, units_per_metre_); }
   Eigen::Isometry3d pose(const FrameEntry& frame) const { return readPose(frame.pose_path); }

@@ -5,6 +5,7 @@
 
 namespace ttsdf {
 
+/// Not thread-safe.
 class ClockWatch {
  public:
   /// Call often. True if the clock is behind the last call by more than jitter.

@@ -25,6 +25,7 @@ struct DiagnosticsSnapshot {
   std::string tf_frames;  ///< "map -> odom"
 };
 
+/// Three tasks: "localization", "scans", "transforms" (doc/interface.md). Not thread-safe.
 class LocalizationDiagnostics {
  public:
   LocalizationDiagnostics(const ros::NodeHandle& node, const ros::NodeHandle& private_node,

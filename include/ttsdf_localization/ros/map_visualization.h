@@ -22,7 +22,7 @@ visualization_msgs::Marker surfaceMarker(const SurfaceMesh& mesh, int max_triang
 SurfaceMesh clusterVertices(const SurfaceMesh& mesh, double cell);
 
 /// Coloured cloud (x, y, z, rgb) of the field on the plane z = height [m] of the map frame, one point per
-/// `spacing` [m]: red in free space, blue behind surfaces, white at the surface, paler with distance up to
+/// `spacing` [m]: red in free space, blue behind surfaces, white at the surface, deeper with distance up to
 /// `range` [m]; dark grey where the map knows nothing.
 sensor_msgs::PointCloud2 sliceCloud(const DistanceField& field, double height, double spacing, double range,
                                     const std::string& frame_id, const ros::Time& stamp);

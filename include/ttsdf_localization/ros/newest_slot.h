@@ -8,6 +8,7 @@
 
 namespace ttsdf {
 
+/// Thread-safe.
 template <class Value>
 class NewestSlot {
  public:

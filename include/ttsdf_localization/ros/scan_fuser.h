@@ -32,8 +32,7 @@ class ScanFuser {
     std::string last_error;  ///< why the last cloud was refused
   };
 
-  /// `changed` is called from the fusion thread after every cloud. Throws std::invalid_argument for bad
-  /// options.
+  /// Starts the fusion thread. Throws std::invalid_argument for bad options.
   ScanFuser(const FusionOptions& fusion, const ScanFuserOptions& options);
   /// Ends the thread after the cloud in work; what waits is not fused.
   ~ScanFuser();

@@ -1,5 +1,5 @@
 #pragma once
-// The tensor train of a three-dimensional array (paper, equation (tt)):
+// The tensor train of a three-dimensional array (paper, equation (8)):
 //   F(x) = G1(i1, :) * G2(:, i2, :) * G3(:, i3),   (i1, i2, i3) = the entries of x in the order of `axes`.
 
 #include <Eigen/Core>
@@ -57,19 +57,22 @@ class TensorTrain {
 DenseTensor full(const TensorTrain& tt);
 
 /// Applies a matrix (m x n_axis) to one array axis: (D F)(.., a, ..) = sum_b matrix(a, b) F(.., b, ..).
-/// Touches one core only (the paper's Proposition).
+/// Touches one core only (paper, section IV-A, Proposition). Throws std::invalid_argument for another axis
+/// than 0, 1, 2 or a matrix that does not fit.
 TensorTrain applyToMode(const TensorTrain& tt, int axis, const Eigen::MatrixXf& matrix);
 
 /// Partial derivative along an array axis by finite differences of second order, one-sided at both ends:
-/// exact for polynomials up to degree two. `step` is the grid spacing. Needs an extent of at least 3;
-/// with 2 the difference quotient, with 1 zero.
+/// exact for polynomials up to degree two (paper, equation (11)). `step` is the grid spacing [m]. Needs an
+/// extent of at least 3; with 2 the difference quotient, with 1 zero. Throws std::invalid_argument for a step
+/// that is not positive.
 /// Deviates from the paper: the printed D_N has the signs of its interior and last rows wrong.
 TensorTrain differentiate(const TensorTrain& tt, int axis, double step);
 
-/// Sum of two trains of equal dims and axes; ranks add up (`round` brings them down again).
+/// Sum of two trains of equal dims and axes; ranks add up (`round` brings them down again). Throws
+/// std::invalid_argument if they differ.
 TensorTrain add(const TensorTrain& a, const TensorTrain& b);
 TensorTrain scale(const TensorTrain& tt, float factor);
-/// Entries [begin, begin + size) of every array axis.
+/// Entries [begin, begin + size) of every array axis. Throws std::invalid_argument for a box not inside.
 TensorTrain crop(const TensorTrain& tt, const Dims& begin, const Dims& size);
 
 /// Frobenius norm, computed on the cores.

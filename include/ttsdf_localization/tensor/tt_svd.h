@@ -23,7 +23,8 @@ struct TtSvdResult {
   double relative_error = 0.0;    ///< bound on |F - TT| / |F| from the values cut off
 };
 
-/// Throws std::invalid_argument for negative options, an empty tensor or one with non-finite entries.
+/// Throws std::invalid_argument for negative options, an empty tensor or one with non-finite entries,
+/// std::runtime_error if the eigensolver fails.
 /// Gram matrices in double and a symmetric eigensolver: singular values below 1e-8 of the largest are noise.
 TtSvdResult ttSvd(const DenseTensor& tensor, const TtSvdOptions& options);
 
@@ -34,7 +35,8 @@ using SlabSource = std::function<void(int j, Eigen::Ref<Eigen::MatrixXf> slab)>;
 /// Memory: n1^2 + n3^2 doubles and n1 n3 + r1 n2 n3 floats.
 TtSvdResult ttSvd(const Dims& dims, const SlabSource& source, const TtSvdOptions& options);
 
-/// Recompression of a train to lower ranks (same options; `axes` is ignored).
+/// Recompression of a train to lower ranks (same options; `axes` is ignored), without the full array: QR of the
+/// outer cores, then TT-SVD of what is between them (Oseledets 2011, TT-rounding).
 TensorTrain round(const TensorTrain& tt, const TtSvdOptions& options);
 
 }  // namespace ttsdf
