@@ -83,8 +83,8 @@ int run(int argc, char** argv) {
   if (!a.transform.empty() && a.merge.empty())
     throw ttsdf::UsageError("--transform: wanted together with --merge");
   const auto options = ranks(a);
+  auto map = ttsdf::loadMap(a.input);  // its errors name the file
   const auto bytes = ttsdf::readFile(a.input);
-  auto map = ttsdf::deserialize(bytes.data(), bytes.size());
   const auto encode = encoding(a, ttsdf::fileInfo(bytes.data(), bytes.size()).encoding);
   if (!a.merge.empty()) {
     const Eigen::Isometry3d T_first_other =

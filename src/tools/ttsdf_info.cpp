@@ -128,8 +128,8 @@ int run(int argc, char** argv) {
       .flag("spectra", spectra, "Also the singular values between the cores.")
       .value("plot", "FILE.png", picture, "Draws slices, surface and spectra (needs python3-matplotlib).");
   if (!line.parse(argc, argv, std::cout)) return 0;
+  const auto map = ttsdf::loadMap(map_path);  // its errors name the file
   const auto bytes = ttsdf::readFile(map_path);
-  const auto map = ttsdf::deserialize(bytes.data(), bytes.size());
   const auto root = describe(map, ttsdf::fileInfo(bytes.data(), bytes.size()), spectra);
   if (json) {
     std::cout << ttsdf::toText(root);
