@@ -35,7 +35,7 @@ const OptionTable<GlobalOptions>& globalOptionTable();
 /// Called with the share done [0, 1]; returns false to cancel.
 using ProgressCallback = std::function<bool(double)>;
 
-/// Best of many starts around the prior, in the time of some tens of alignments. `covariance` (left
+/// Best of many starts around the prior (a descent of the coarse points from each). `covariance` (left
 /// perturbation [rotation; translation] about the sensor, optional) replaces the option's sigmas. Throws
 /// std::invalid_argument for options out of range; never for bad points. Not thread-safe, as `registration`.
 RegistrationResult searchNear(Registration& registration, const ScanPoints& points,
