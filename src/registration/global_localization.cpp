@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "descent.h"
-#include "ray_check.h"
 #include "start_poses.h"
 #include "ttsdf_localization/registration/search.h"
 
@@ -107,7 +106,6 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
        keepGoing(0.8 + 0.2 * static_cast<double>(n) / static_cast<double>(candidates.size()));
        ++n) {
     refined.push_back(registration.polish(points, candidates[n].T_map_sensor));
-    refined.back().blocked_ratio = blockedShare(registration.field(), scan, refined.back().T_map_sensor);
   }
   best.points = scan.size();
   best.reason = TerminationReason::kLowScore;  // if no start came through in time
@@ -116,7 +114,6 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
         refined.begin(), refined.end(),
         [](const RegistrationResult& a, const RegistrationResult& b) { return verdict(a) < verdict(b); });
     best = registration.align(points, first.T_map_sensor);
-    best.blocked_ratio = blockedShare(registration.field(), scan, best.T_map_sensor);
   }
   for (const auto& r : refined) {
     const PoseError e = poseError(best.T_map_sensor, r.T_map_sensor);

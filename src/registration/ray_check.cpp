@@ -1,43 +1,79 @@
 #include "ray_check.h"
 
 #include <algorithm>
+#include <vector>
 
 namespace ttsdf {
 
 namespace {
-constexpr double kStepVoxels = 1.5;
-constexpr float kBeforeEnd = 0.15f;   // [m] the surface itself, seen at a flat angle, with noise
-constexpr double kInsideVoxels = 1.5;  // deeper than this in matter is an obstacle
-constexpr float kLongest = 20.0f;      // [m] bounds the cost
-}  // namespace
 
-double blockedShare(const DistanceField& field, const ScanBuffer& scan, const Eigen::Isometry3d& T_map_sensor,
-                    int rays) {
-  const double voxel = field.geometry().voxel_size;
-  const auto step = static_cast<float>(kStepVoxels * voxel), inside = static_cast<float>(kInsideVoxels * voxel);
-  const Eigen::Isometry3f T = T_map_sensor.cast<float>();
+constexpr double kStepVoxels = 1.5;
+constexpr float kBeforeEnd = 0.05F;    // [m] the surface itself, seen at a flat angle, with noise
+constexpr double kInsideVoxels = 1.5;  // deeper than this in matter is an obstacle
+constexpr float kLongest = 20.0F;      // [m] bounds the cost
+constexpr float kNear = 0.16F;         // [m] the far field is good to about half of this
+
+struct Samples {
+  std::vector<Eigen::Vector3f> points;  // map frame
+  std::vector<int> rays;                // of each point
+};
+
+/// Points along the rays; returns the number of rays.
+int march(const ScanBuffer& scan, const Eigen::Isometry3f& T, float step, int wanted, Samples& samples) {
   const Eigen::Vector3f centroid = scan.centroid().cast<float>();
-  const int stride = std::max(1, scan.size() / std::max(1, rays));
-  int looked = 0, blocked = 0;
+  const int stride = std::max(1, scan.size() / std::max(1, wanted));
+  int count = 0;
   for (int n = 0; n < scan.size(); n += stride) {
     const Eigen::Vector3f end = centroid + Eigen::Vector3f(scan.x()[n], scan.y()[n], scan.z()[n]);
-    const float range = std::min(end.norm(), kLongest);
-    const auto samples = static_cast<Eigen::Index>((range - kBeforeEnd) / step);
-    if (samples < 1) continue;
+    const float range = std::min(end.norm(), kLongest) - kBeforeEnd;
+    if (range < step) continue;
     const Eigen::Vector3f direction = T.linear() * end.normalized();
-    Eigen::Matrix3Xf points(3, samples);
-    for (Eigen::Index s = 0; s < samples; ++s) {
-      points.col(s) = T.translation() + static_cast<float>(s + 1) * step * direction;
+    for (float s = step; s <= range; s += step) {
+      samples.points.push_back(T.translation() + s * direction);
+      samples.rays.push_back(count);
     }
-    const FieldSamples values = field.evaluate(points);
-    bool hit = false;
-    for (Eigen::Index s = 0; s < samples && !hit; ++s) {
-      hit = values.states[static_cast<std::size_t>(s)] == PointState::kValid && values.values[s] < -inside;
-    }
-    ++looked;
-    blocked += hit ? 1 : 0;
+    ++count;
   }
-  return looked > 0 ? static_cast<double>(blocked) / looked : 0.0;
+  return count;
+}
+
+FieldSamples ask(const DistanceField& field, const Samples& samples) {
+  return field.evaluate(Eigen::Map<const Eigen::Matrix3Xf>(samples.points.front().data(), 3,
+                                                           static_cast<Eigen::Index>(samples.points.size())));
+}
+
+/// Keeps what may be near a surface.
+Samples nearSurfaces(const DistanceField& far, const Samples& all) {
+  const FieldSamples distances = ask(far, all);
+  Samples near;
+  for (std::size_t n = 0; n < all.points.size(); ++n) {
+    const bool valid = distances.states[n] == PointState::kValid;
+    if (valid && distances.values[static_cast<Eigen::Index>(n)] > kNear) continue;
+    near.points.push_back(all.points[n]);
+    near.rays.push_back(all.rays[n]);
+  }
+  return near;
+}
+
+}  // namespace
+
+double blockedShare(const DistanceField& field, const DistanceField* far, const ScanBuffer& scan,
+                    const Eigen::Isometry3d& T_map_sensor, int rays) {
+  const double voxel = field.geometry().voxel_size;
+  const auto inside = static_cast<float>(kInsideVoxels * voxel);
+  Samples samples;
+  const int count =
+      march(scan, T_map_sensor.cast<float>(), static_cast<float>(kStepVoxels * voxel), rays, samples);
+  if (far && !samples.points.empty()) samples = nearSurfaces(*far, samples);
+  if (samples.points.empty()) return 0.0;
+  const FieldSamples values = ask(field, samples);
+  std::vector<char> blocked(static_cast<std::size_t>(count), 0);
+  for (std::size_t n = 0; n < samples.points.size(); ++n) {
+    if (values.states[n] == PointState::kValid && values.values[static_cast<Eigen::Index>(n)] < -inside) {
+      blocked[static_cast<std::size_t>(samples.rays[n])] = 1;
+    }
+  }
+  return static_cast<double>(std::count(blocked.begin(), blocked.end(), 1)) / count;
 }
 
 }  // namespace ttsdf

@@ -7,6 +7,7 @@
 
 #include "descent.h"
 #include "minimizer.h"
+#include "ray_check.h"
 #include "result.h"
 #include "start_poses.h"
 #include "ttsdf_localization/field/long_range_field.h"
@@ -162,11 +163,17 @@ class Registration::Impl {
       iterations += pullIn(T);
     }
     StageResult best = refine(T, iterations);
-    if (long_range_ && options_.restarts > 0 && score(best.equations) > options_.restart_score) {
+    if (long_range_ && options_.restarts > 0 && verdict(best) > options_.restart_score) {
       restart(T_prior, best, iterations);
     }
     finish(best, iterations, result);
   }
+
+  double blocked(const StageResult& stage) const {
+    return blockedShare(*field_, long_range_.get(), scan_, stage.T_map_sensor, kRays);
+  }
+  /// 0: every point lies on a surface, and every ray got there through free space.
+  double verdict(const StageResult& stage) const { return score(stage.equations) + blocked(stage); }
 
   /// The map itself, from a pose of the far field's accuracy.
   StageResult refine(const Eigen::Isometry3d& T_start, int& iterations) {
@@ -196,9 +203,13 @@ class Registration::Impl {
     const auto found =
         bestDistinct(descendAll(*long_range_, coarse_, starts, descent), kRestartsRefined, 0.05, 0.05);
     iterations += static_cast<int>(starts.size() * descent.scales.size());
+    double lowest = verdict(best);
     for (const Candidate& candidate : found) {
       const StageResult other = refine(candidate.T_map_sensor, iterations);
-      if (score(other.equations) < score(best.equations)) best = other;
+      const double its_verdict = verdict(other);
+      if (its_verdict >= lowest) continue;
+      lowest = its_verdict;
+      best = other;
     }
   }
 
@@ -228,6 +239,7 @@ class Registration::Impl {
   void judge(const StageResult& stage, int iterations, RegistrationResult& result) const {
     report(stage.equations, stage.T_map_sensor, result);
     result.iterations = iterations;
+    if (options_.method == "robust") result.blocked_ratio = blocked(stage);
     const double known = static_cast<double>(stage.equations.valid) / std::max(1, stage.equations.points());
     if (known < options_.min_known_ratio) {
       result.reason = TerminationReason::kOutsideMap;
@@ -235,7 +247,8 @@ class Registration::Impl {
       result.reason = TerminationReason::kDegenerate;
     } else {
       result.reason = stage.converged ? TerminationReason::kConverged : TerminationReason::kMaxIterations;
-      result.success = result.inlier_ratio >= options_.min_inlier_ratio;
+      result.success =
+          result.inlier_ratio >= options_.min_inlier_ratio && result.blocked_ratio <= kMaxBlocked;
       if (!result.success) result.reason = TerminationReason::kLowScore;
     }
   }
@@ -268,6 +281,8 @@ class Registration::Impl {
   static constexpr double kRestartTranslation = 0.4;  // [m] spread of the restarts
   static constexpr double kRestartRotation = 0.15;    // [rad]
   static constexpr std::size_t kRestartsRefined = 3;
+  static constexpr int kRays = 100;
+  static constexpr double kMaxBlocked = 0.5;  // more and the scan looks through walls
   static constexpr double kClusterSize = 0.3;  // [m]
 
   std::shared_ptr<const DistanceField> field_;

@@ -55,12 +55,12 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
 
   int iterations = static_cast<int>(starts.size() * wide.scales.size());
   Eigen::Isometry3d T_best = T_map_sensor_prior;
-  double best_score = 2.0;
+  double best_verdict = 3.0;
   for (const Candidate& c : candidates) {
     const RegistrationResult polished = registration.polish(points, c.T_map_sensor);
     iterations += polished.iterations;
-    if (polished.score < best_score) {
-      best_score = polished.score;
+    if (polished.score + polished.blocked_ratio < best_verdict) {
+      best_verdict = polished.score + polished.blocked_ratio;
       T_best = polished.T_map_sensor;
     }
   }
