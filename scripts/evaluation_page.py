@@ -133,7 +133,8 @@ def without_prior_section(evaluation):
                          millis(cell.rotation[1]), f"{cell.milliseconds:.3g}"])
     head = ["data", "method", "scans", "success [%]", "translation [mm], quartiles", "rotation [mrad]", "time [ms]"]
     return ("## Without a prior\n\nOne estimate per scan; to these methods every perturbation is the same. "
-            "The FPFH rows are not refined by a local method, as in the paper.\n\n" + table(head, rows))
+            "The FPFH rows are not refined by a local method, as in the paper; where they find no answer they keep the prior, "
+            "1000 mm away.\n\n" + table(head, rows))
 
 
 def rank_section(evaluation, folder):
