@@ -54,7 +54,7 @@ class MapBuilder : public testing::Test {
     heard_progress_ = true;
   }
 
-  static bool spinUntil(const std::function<bool()>& done, double seconds = 30.0) {
+  static bool spinUntil(const std::function<bool()>& done, double seconds = 90.0) {
     const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(seconds);
     while (!done() && ros::ok() && ros::WallTime::now() < end) {
       ros::spinOnce();
@@ -151,7 +151,7 @@ TEST_F(MapBuilder, BuildsTheRoomThatTheCloudsShow) {
   EXPECT_EQ(get.response.map.map_id, result.response.map_id);
   EXPECT_EQ(get.response.map.data, bytes);
   const auto latched =
-      ros::topic::waitForMessage<ttsdf_localization::TtSdfMap>("ttsdf_map", nh_, ros::Duration(5.0));
+      ros::topic::waitForMessage<ttsdf_localization::TtSdfMap>("ttsdf_map", nh_, ros::Duration(60.0));
   ASSERT_NE(latched, nullptr);
   EXPECT_EQ(latched->map_id, result.response.map_id);
 }
@@ -160,7 +160,7 @@ TEST_F(MapBuilder, ShowsSurfaceAndSliceOfTheMap) {
   fuseRoom();
   ASSERT_TRUE(build().response.success);
   const auto surface =
-      ros::topic::waitForMessage<visualization_msgs::Marker>("builder/surface", nh_, ros::Duration(10.0));
+      ros::topic::waitForMessage<visualization_msgs::Marker>("builder/surface", nh_, ros::Duration(60.0));
   ASSERT_NE(surface, nullptr);
   EXPECT_EQ(surface->header.frame_id, "map");
   EXPECT_EQ(surface->type, visualization_msgs::Marker::TRIANGLE_LIST);
@@ -173,7 +173,7 @@ TEST_F(MapBuilder, ShowsSurfaceAndSliceOfTheMap) {
   }
   EXPECT_GT(on_surface, surface->points.size() * 98 / 100);
   const auto slice =
-      ros::topic::waitForMessage<sensor_msgs::PointCloud2>("builder/slice", nh_, ros::Duration(10.0));
+      ros::topic::waitForMessage<sensor_msgs::PointCloud2>("builder/slice", nh_, ros::Duration(60.0));
   ASSERT_NE(slice, nullptr);
   EXPECT_GT(slice->width * slice->height, 10000U);
 }
