@@ -85,11 +85,12 @@ void MapBuilderRos::advertise() {
 
 bool MapBuilderRos::buildMap(ttsdf_localization::BuildMap::Request& request,
                              ttsdf_localization::BuildMap::Response& response) {
-  const std::unique_lock<std::mutex> lock(build_mutex_, std::try_to_lock);
-  if (!lock) {
+  if (building_.exchange(true)) {
     response.message = "another build is running";
     return true;
   }
+  const std::unique_ptr<std::atomic<bool>, void (*)(std::atomic<bool>*)> done(
+      &building_, [](std::atomic<bool>* building) { *building = false; });
   cancel_ = false;
   try {
     if (!request.filename.empty()) requireAbsolutePath("filename", request.filename);
@@ -237,8 +238,7 @@ void MapBuilderRos::publishMapSurface() {
 void MapBuilderRos::publishFusedSurface() {
   if (surface_.getNumSubscribers() == 0) return;
   const std::uint32_t fused = fuser_->counts().fused;
-  const std::unique_lock<std::mutex> build_lock(build_mutex_, std::try_to_lock);
-  if (!build_lock) return;  // the surface of the map that is being built comes soon
+  if (building_) return;  // the surface of the map that is being built comes soon
   const std::lock_guard<std::mutex> lock(surface_mutex_);
   if (fused == shown_scans_) return;
   try {

@@ -66,7 +66,7 @@ class MapBuilderRos {
   ros::CallbackQueue service_queue_;
   ros::NodeHandle service_nh_, private_service_nh_;
 
-  std::mutex build_mutex_;  ///< one build at a time
+  std::atomic<bool> building_{false};  ///< one build at a time
   std::atomic<bool> cancel_{false}, stopping_{false};
 
   std::mutex progress_mutex_;
