@@ -1,5 +1,8 @@
 #include "ttsdf_localization/ros/global_worker.h"
 
+#include <ros/console.h>
+
+#include <exception>
 #include <utility>
 
 namespace ttsdf {
@@ -32,12 +35,21 @@ void GlobalWorker::wait() {
 }
 
 void GlobalWorker::run() {
-  job_->run([this](double share) {
-    progress_ = share;
-    callbacks_.progress(share);
-    return !cancelled_;
-  });
-  callbacks_.done(*job_);
+  // Out of memory, say: the job then counts as cancelled, and the process, which is shared, lives on.
+  try {
+    job_->run([this](double share) {
+      progress_ = share;
+      callbacks_.progress(share);
+      return !cancelled_;
+    });
+  } catch (const std::exception& error) {
+    ROS_ERROR_STREAM("global localization: " << error.what());
+  }
+  try {
+    callbacks_.done(*job_);
+  } catch (const std::exception& error) {
+    ROS_ERROR_STREAM("global localization: " << error.what());
+  }
   const std::lock_guard<std::mutex> lock(mutex_);
   running_ = false;
   idle_.notify_all();

@@ -72,11 +72,13 @@ LocalizationRos::~LocalizationRos() {
   service_spinner_->stop();
   input_spinner_->stop();
   map_source_.reset();
-  tf_listener_.reset();
-  clouds_.reset();
   scans_.close();
   registration_thread_.join();
-  global_worker_.reset();
+  // Only now: the last statuses of the threads ask the worker and the clouds for their counts.
+  global_worker_->cancel();
+  global_worker_->wait();
+  tf_listener_.reset();
+  clouds_.reset();
   saveLastPose();
 }
 
