@@ -126,7 +126,6 @@ void OperatorMenu::fillMenu() {
   using namespace ttsdf_localization;
   const std::string& localizer = options_.localization;
   GlobalLocalization global;
-  global.request.wait = true;
   addEntry("Global localization", call(localizer + "/global_localization", global));
   global.request.cancel = true;
   addEntry("Cancel global localization", call(localizer + "/global_localization", global));

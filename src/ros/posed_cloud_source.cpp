@@ -21,7 +21,7 @@ PosedCloudSource::PosedCloudSource(ros::NodeHandle nh, const std::string& global
                                    const ScanSelectionOptions& selection, int queue_size, Callback callback)
     : global_frame_id_(withoutLeadingSlash(global_frame_id)),
       callback_(std::move(callback)),
-      listener_(buffer_),
+      listener_(std::make_unique<tf2_ros::TransformListener>(buffer_)),
       selector_(selection),
       filter_(buffer_, global_frame_id_, static_cast<std::uint32_t>(queue_size), nh) {
   filter_.registerCallback([this](const sensor_msgs::PointCloud2ConstPtr& cloud) { handle(cloud); });
@@ -37,6 +37,11 @@ PosedCloudSource::PosedCloudSource(ros::NodeHandle nh, const std::string& global
   subscriber_.registerCallback(&PosedCloudSource::watch, this);
   filter_.connectInput(subscriber_);
   subscriber_.subscribe(nh, "cloud", static_cast<std::uint32_t>(queue_size));
+}
+
+PosedCloudSource::~PosedCloudSource() {
+  subscriber_.unsubscribe();
+  listener_.reset();  // its thread must not walk through the filter's requests while they are taken away
 }
 
 void PosedCloudSource::watch(const sensor_msgs::PointCloud2ConstPtr& cloud) {

@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <string>
 
@@ -36,6 +37,7 @@ class PosedCloudSource {
   /// `queue_size` clouds wait for TF. Throws std::invalid_argument for bad options.
   PosedCloudSource(ros::NodeHandle nh, const std::string& global_frame_id,
                    const ScanSelectionOptions& selection, int queue_size, Callback callback);
+  ~PosedCloudSource();
 
   /// The resolved topic name, for messages.
   std::string topic() const { return subscriber_.getTopic(); }
@@ -53,7 +55,7 @@ class PosedCloudSource {
   const std::string global_frame_id_;
   const Callback callback_;
   tf2_ros::Buffer buffer_;
-  tf2_ros::TransformListener listener_;
+  std::unique_ptr<tf2_ros::TransformListener> listener_;
 
   mutable std::mutex mutex_;
   ScanSelector selector_;
