@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <atomic>
+#include <system_error>
 #include <thread>
 
 #include "result.h"
@@ -67,7 +68,11 @@ std::vector<Candidate> descendAll(const DistanceField& field, const ScanBuffer& 
     }
   };
   std::vector<std::thread> helpers;
-  for (int t = 1; t < options.threads; ++t) helpers.emplace_back(work, false);
+  try {
+    for (int t = 1; t < options.threads; ++t) helpers.emplace_back(work, false);
+  } catch (const std::system_error&) {
+    // The system gives no more threads: those there are do the work.
+  }
   work(true);
   for (auto& helper : helpers) helper.join();
   return results;

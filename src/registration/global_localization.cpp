@@ -98,7 +98,9 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
   const auto wanted = static_cast<std::size_t>(options.refined);
   const auto middle = bestDistinct(coarse_results, 10 * wanted, 0.1, 0.1);
   const auto candidates =
-      bestDistinct(descendAll(registration.field(), scan, poses(middle), narrow), wanted, 0.05, 0.05);
+      bestDistinct(descendAll(registration.field(), scan, poses(middle), narrow,
+                              [&](std::size_t) { return keepGoing(0.8); }),
+                   wanted, 0.05, 0.05);
 
   std::vector<RegistrationResult> refined;
   for (std::size_t n = 0;

@@ -10,7 +10,8 @@ namespace {
 constexpr double kStepVoxels = 1.5;
 constexpr float kBeforeEnd = 0.05F;    // [m] the surface itself, seen at a flat angle, with noise
 constexpr double kInsideVoxels = 1.5;  // deeper than this in matter is an obstacle
-constexpr float kLongest = 20.0F;      // [m] bounds the cost
+constexpr float kLongest = 20.0F;      // [m] bounds the cost ...
+constexpr float kMostSteps = 1000.0F;  // ... and so does this, where voxels are tiny
 constexpr float kNear = 0.16F;         // [m] the far field is good to about half of this
 
 struct Samples {
@@ -28,7 +29,8 @@ int march(const ScanBuffer& scan, const Eigen::Isometry3f& T, float step, int wa
     const float range = std::min(end.norm(), kLongest) - kBeforeEnd;
     if (range < step) continue;
     const Eigen::Vector3f direction = T.linear() * end.normalized();
-    for (float s = step; s <= range; s += step) {
+    const float pace = std::max(step, range / kMostSteps);
+    for (float s = pace; s <= range; s += pace) {
       samples.points.push_back(T.translation() + s * direction);
       samples.rays.push_back(count);
     }
