@@ -38,26 +38,24 @@ def read_logs(paths):
     return [row for path in paths for row in read_log(path)]
 
 
-def common(rows):
-    """The rows of perturbations that every method of a data set answered: all are judged by the same ones, however far
-    each of them got."""
-    def key(row):
-        return row["dataset"], row["scan"], row["kind"], row["magnitude"], row["direction"]
-
-    kept = []
-    for dataset in in_order(row["dataset"] for row in rows):
-        own = [row for row in rows if row["dataset"] == dataset]
-        answered = {}
-        for row in own:
-            answered.setdefault(row["method"], set()).add(key(row))
-        shared = set.intersection(*answered.values())
-        kept += [row for row in own if key(row) in shared]
-    return kept
-
-
 def group_name(dataset):
     """`objects-exact:armadillo` belongs to the group `objects-exact`."""
     return dataset.split(":")[0]
+
+
+def common(rows):
+    """The rows of perturbations that every method of a group answered: all are judged by the same ones, however far each
+    of them got."""
+    def key(row):
+        return row["dataset"], row["scan"], row["kind"], row["magnitude"], row["direction"]
+
+    answered = {}
+    for row in rows:
+        answered.setdefault((group_name(row["dataset"]), row["method"]), set()).add(key(row))
+    shared = {}
+    for (group, _), keys in answered.items():
+        shared[group] = shared[group] & keys if group in shared else keys
+    return [row for row in rows if key(row) in shared[group_name(row["dataset"])]]
 
 
 def in_order(values):

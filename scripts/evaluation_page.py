@@ -160,10 +160,11 @@ def rank_section(evaluation, folder):
 def run_section(run):
     load = ""
     if "load_before" in run:
-        load = f" Load of the machine before and after: {run['load_before']:.1f}, {run.get('load_after', 0):.1f}."
+        load = f" Load of the machine at the start {run['load_before']:.1f}"
+        load += f", at the end {run['load_after']:.1f}." if "load_after" in run else "; the run was interrupted."
     return (f"Made by `{run.get('command', 'scripts/evaluate')}`, commit {run.get('commit', 'unknown')}, "
             f"{run.get('date', 'date unknown')}, on {run.get('machine', 'an unknown machine')}.{load} "
-            "Times are processor times. Nothing here is written by hand.")
+            "Times are processor times. Tables and pictures are made from the logs.")
 
 
 def write(output, folder):

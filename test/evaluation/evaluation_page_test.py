@@ -138,6 +138,15 @@ class Page(FolderTest):
         self.assertEqual(sweep.cell("ours", "translation", 0.1).success, 1.0)
         self.assertEqual(sweep.cell("ours", "translation", 0.5).runs, 4)
 
+    def test_a_model_that_a_method_never_reached_is_left_out_for_all(self):
+        for model, methods in (("chair", ("ours", "ICP")), ("stool", ("ours",))):
+            write_log(self.output / model / "fields_none.csv",
+                      [line for method in methods
+                       for line in rows(f"objects-exact:{model}", method, "translation", 0.1, [0.01, 0.02], 1.0)])
+        sweep = evaluation_data.Sweep(evaluation_data.Evaluation(self.output).local["objects-exact"])
+        self.assertEqual(sweep.cell("ours", "translation", 0.1).runs, 2)
+        self.assertEqual(sweep.cell("ICP", "translation", 0.1).runs, 2)
+
     def test_models_of_a_sensor_are_one_group(self):
         for model in ("chair", "stool"):
             write_log(self.output / model / "fields_none.csv",
