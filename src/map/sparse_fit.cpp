@@ -100,10 +100,11 @@ bool SparseFitter::run(double threshold, int iterations, const std::function<boo
 }
 
 void SparseFitter::reweight(double threshold) {
+  // What will be kept is fitted without the penalty from here on: shrinking would pull surfaces to one side.
   constexpr float kStandsOut = 4.0f;  // thresholds; what the quantiser keeps
   const auto limit = kStandsOut * static_cast<float>(threshold);
   factors_ = (coefficients_.array().abs() > limit)
-                 .select(MatrixXf::Constant(coefficients_.rows(), coefficients_.cols(), 0.5f), 2.0f);
+                 .select(MatrixXf::Constant(coefficients_.rows(), coefficients_.cols(), 0.0f), 2.0f);
 }
 
 TensorTrain SparseFitter::train() const {
