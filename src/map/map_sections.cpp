@@ -8,6 +8,9 @@ namespace ttsdf {
 namespace {
 
 constexpr std::uint32_t kMaxExtent = 1u << 20;
+// What is made of a map when it is loaded takes time with its voxels, however few bytes they take in the file.
+constexpr double kMaxVoxels = 17179869184.0;  // 2^34
+constexpr double kMinVoxelSize = 1e-5, kMaxVoxelSize = 100.0;  // [m]
 constexpr std::uint32_t kMaxMetadataBytes = 16u << 20;
 
 void requireUtf8(const std::string& what, const std::string& text) {
@@ -39,7 +42,15 @@ GridGeometry readGeometry(ByteReader& in) {
     }
     geometry.dims[axis] = static_cast<int>(extent);
   }
+  const double voxels = geometry.dims.cast<double>().prod();
+  if (voxels > kMaxVoxels) {
+    refuse(in.what() + ": number of voxels", std::to_string(voxels), "at most " + std::to_string(kMaxVoxels));
+  }
   geometry.voxel_size = in.f64();
+  if (!(geometry.voxel_size >= kMinVoxelSize && geometry.voxel_size <= kMaxVoxelSize)) {
+    refuse(in.what() + ": voxel size", std::to_string(geometry.voxel_size),
+           std::to_string(kMinVoxelSize) + " to " + std::to_string(kMaxVoxelSize) + " m");
+  }
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) geometry.T_map_grid.matrix()(row, column) = in.f64();
   }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "descent.h"
+#include "result.h"
 #include "start_poses.h"
 #include "ttsdf_localization/registration/search.h"
 
@@ -43,9 +44,6 @@ std::vector<Eigen::Isometry3d> poses(const std::vector<Candidate>& candidates) {
 /// Poses nearer than this are the same place.
 constexpr double kSamePlace = 0.3;  // [m]
 constexpr double kSameAngle = 0.3;  // [rad]
-
-/// What tells places apart: 0 is perfect.
-double verdict(const RegistrationResult& r) { return r.score + r.blocked_ratio; }
 
 void judge(const GlobalOptions& options, RegistrationResult& best) {
   if (best.reason == TerminationReason::kTooFewPoints) return;

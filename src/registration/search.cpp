@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "descent.h"
+#include "result.h"
 #include "start_poses.h"
 
 namespace ttsdf {
@@ -59,8 +60,8 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
   for (const Candidate& c : candidates) {
     const RegistrationResult polished = registration.polish(points, c.T_map_sensor);
     iterations += polished.iterations;
-    if (polished.score + polished.blocked_ratio < best_verdict) {
-      best_verdict = polished.score + polished.blocked_ratio;
+    if (verdict(polished) < best_verdict) {
+      best_verdict = verdict(polished);
       T_best = polished.T_map_sensor;
     }
   }

@@ -113,10 +113,11 @@ def read_geometry(payload):
     cursor = Cursor(payload)
     dims = cursor.numbers("III")
     require(all(1 <= extent <= MAX_EXTENT for extent in dims), "extents")
+    require(np.prod([float(extent) for extent in dims]) <= 2**34, "number of voxels")
     voxel_size = cursor.number("d")
     transform = np.vstack([np.reshape(cursor.numbers("12d"), (3, 4)), [0, 0, 0, 1]])
     cursor.end()
-    require(np.isfinite(voxel_size) and voxel_size > 0, "voxel size")
+    require(1e-5 <= voxel_size <= 100, "voxel size")
     R = transform[:3, :3]
     require(np.isfinite(transform).all() and np.abs(R @ R.T - np.eye(3)).max() < 1e-6 and
             np.linalg.det(R) > 0, "transform")
