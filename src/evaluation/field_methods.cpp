@@ -30,7 +30,7 @@ class FieldMethod : public Method {
     return compressed ? tensorTrainPaperBytes(compressed->train()) : densePaperBytes(field_->geometry().dims);
   }
   std::size_t memoryBytes() const override {
-    const auto* far = registration_.longRangeField();
+    const auto& far = registration_.longRangeField();
     return field_->memoryBytes() + (far ? far->memoryBytes() : 0);
   }
 

@@ -2,10 +2,12 @@
 
 namespace ttsdf {
 
-GlobalJob::GlobalJob(int id, std::shared_ptr<const DistanceField> field, LocalizerScan scan,
+GlobalJob::GlobalJob(int id, std::shared_ptr<const DistanceField> field,
+                     std::shared_ptr<const DistanceField> far, LocalizerScan scan,
                      std::optional<Eigen::Vector3d> gravity, const LocalizerOptions& options)
     : id_(id),
       field_(std::move(field)),
+      far_(std::move(far)),
       scan_(std::move(scan)),
       gravity_(std::move(gravity)),
       registration_(options.registration),
@@ -15,7 +17,7 @@ GlobalJob::GlobalJob(int id, std::shared_ptr<const DistanceField> field, Localiz
 }
 
 void GlobalJob::run(const ProgressCallback& progress) {
-  Registration registration(field_, registration_);
+  Registration registration(field_, registration_, far_);
   result_ = localizeGlobally(registration, scan_.points, gravity_, map_down_, global_, progress);
 }
 

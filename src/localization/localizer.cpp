@@ -35,7 +35,7 @@ PreparedMap Localizer::prepare(std::shared_ptr<const DistanceField> field,
   RegistrationOptions near = options;
   near.long_range = false;
   near.restarts = 0;
-  map.tracker = std::make_unique<Registration>(field, near);
+  map.tracker = std::make_unique<Registration>(field, near, map.registration->longRangeField());
   map.field = std::move(field);
   return map;
 }
@@ -303,7 +303,7 @@ GlobalJob Localizer::beginGlobal(const LocalizerScan& scan, const std::optional<
   ++globals_done_;
   global_running_ = true;
   state_ = LocalizerState::kRelocalizing;
-  return GlobalJob(++global_id_, field_, scan, gravity, options_);
+  return GlobalJob(++global_id_, field_, registration_->longRangeField(), scan, gravity, options_);
 }
 
 LocalizationUpdate Localizer::finishGlobal(const GlobalJob& job) {

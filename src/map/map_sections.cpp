@@ -8,8 +8,9 @@ namespace ttsdf {
 namespace {
 
 constexpr std::uint32_t kMaxExtent = 1u << 20;
-// What is made of a map when it is loaded takes time with its voxels, however few bytes they take in the file.
-constexpr double kMaxVoxels = 17179869184.0;  // 2^34
+// What is made of a map when it is loaded takes time with its voxels, however few bytes they take in the
+// file.
+constexpr double kMaxVoxels = 17179869184.0;                   // 2^34
 constexpr double kMinVoxelSize = 1e-5, kMaxVoxelSize = 100.0;  // [m]
 constexpr std::uint32_t kMaxMetadataBytes = 16u << 20;
 

@@ -131,8 +131,7 @@ BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, cons
   tell(progress, "decomposing", 0.0);
   const Stopwatch decomposing;
   TtSdfMap map;
-  const auto weights =
-      options.refine_iterations > 0 ? surfaceWeights(field, options) : std::vector<float>();
+  const auto weights = options.refine_iterations > 0 ? surfaceWeights(field, options) : std::vector<float>();
   map.train = decompose(field, weights, ranks, options, progress);
   map.geometry = field.geometry;
   if (options.support_mask) map.mask = field.mask;
@@ -167,9 +166,9 @@ BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, cons
   return built;
 }
 
-/// The best map within a budget: file size rises and the error falls with the rank. Doubles the rank until the
-/// budget is passed, then bisects. `fits` says whether a map keeps to the budget; `want_smallest`: the smallest
-/// rank that fits, else the largest.
+/// The best map within a budget: file size rises and the error falls with the rank. Doubles the rank until
+/// the budget is passed, then bisects. `fits` says whether a map keeps to the budget; `want_smallest`: the
+/// smallest rank that fits, else the largest.
 template <class Fits>
 BuiltMap compressWithin(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
                         bool want_smallest, const Fits& fits, const BuildProgress& progress) {

@@ -75,7 +75,8 @@ const OptionTable<FusionOptions>& fusionOptionTable() {
   using O = FusionOptions;
   static const OptionTable<FusionOptions> table = [] {
     OptionTable<FusionOptions> t;
-    t.add("voxel_size", &O::voxel_size, 0.0005, 10.0, "m", "Edge of a voxel: half a centimetre for objects, 2 to 5 cm for rooms and buildings.")
+    t.add("voxel_size", &O::voxel_size, 0.0005, 10.0, "m",
+          "Edge of a voxel: half a centimetre for objects, 2 to 5 cm for rooms and buildings.")
         .add("truncation", &O::truncation, 0.0005, 100.0, "m",
              "Half width of the band of signed distances around surfaces; at least one voxel, three are "
              "usual, more with a noisy camera.")

@@ -18,8 +18,9 @@ struct Candidate {
 struct DescentOptions {
   std::vector<double> scales;  ///< Geman-McClure scale of every step [m]
   double score_scale = 0.05;   ///< scale of the final score [m]
-  /// At larger scales the rotation is tied to the start's [m]. From far away surfaces say where to move before
-  /// they say how to turn: a free rotation takes up the translation's error and ends in a local minimum.
+  /// At larger scales the rotation is tied to the start's [m]. From far away surfaces say where to move
+  /// before they say how to turn: a free rotation takes up the translation's error and ends in a local
+  /// minimum.
   double rotation_tied_above = std::numeric_limits<double>::infinity();
   int threads = 1;
 };

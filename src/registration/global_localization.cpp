@@ -21,7 +21,8 @@ const OptionTable<GlobalOptions>& globalOptionTable() {
           .add("tilt_sigma", &O::tilt_sigma, 0.0, 3.2, "rad", "Trust in the gravity hint")
           .add("min_margin", &O::min_margin, 0.0, 1.0, "",
                "The best other place must score worse by this much")
-          .add("max_score", &O::max_score, 0.0, 1.0, "", "A worse best score is refused; seeing through walls counts")
+          .add("max_score", &O::max_score, 0.0, 1.0, "",
+               "A worse best score is refused; seeing through walls counts")
           .add("max_seconds", &O::max_seconds, 0.01, 3600.0, "s", "Time limit")
           .add("threads", &O::threads, 1, 64, "", "Threads")
           .add("seed", &O::seed, 0, 2147483647, "", "Seed of the starts");
@@ -95,10 +96,9 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
   narrow.threads = options.threads;
   const auto wanted = static_cast<std::size_t>(options.refined);
   const auto middle = bestDistinct(coarse_results, 10 * wanted, 0.1, 0.1);
-  const auto candidates =
-      bestDistinct(descendAll(registration.field(), scan, poses(middle), narrow,
-                              [&](std::size_t) { return keepGoing(0.8); }),
-                   wanted, 0.05, 0.05);
+  const auto candidates = bestDistinct(descendAll(registration.field(), scan, poses(middle), narrow,
+                                                  [&](std::size_t) { return keepGoing(0.8); }),
+                                       wanted, 0.05, 0.05);
 
   std::vector<RegistrationResult> refined;
   for (std::size_t n = 0;

@@ -75,8 +75,9 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
 
 class Registration::Impl {
  public:
-  Impl(std::shared_ptr<const DistanceField> field, const RegistrationOptions& options)
-      : field_(std::move(field)), options_(options) {
+  Impl(std::shared_ptr<const DistanceField> field, const RegistrationOptions& options,
+       std::shared_ptr<const DistanceField> far)
+      : field_(std::move(field)), long_range_(std::move(far)), options_(options) {
     if (!field_) throw std::invalid_argument("registration: got no distance field");
     registrationOptionTable().validate(options_);
     if (options_.kernel_scale_end > options_.kernel_scale_start) {
@@ -84,7 +85,9 @@ class Registration::Impl {
           "registration: got kernel_scale_end " + std::to_string(options_.kernel_scale_end) +
           " m, wanted at most kernel_scale_start (" + std::to_string(options_.kernel_scale_start) + " m)");
     }
-    if (options_.long_range && options_.method == "robust") long_range_ = makeLongRangeField(*field_);
+    const bool wanted = options_.long_range && options_.method == "robust";
+    if (wanted && !long_range_) long_range_ = makeLongRangeField(*field_);
+    pulls_in_ = wanted && long_range_;
   }
 
   RegistrationResult align(const ScanPoints& points, const Eigen::Isometry3d& T_prior) {
@@ -123,7 +126,7 @@ class Registration::Impl {
 
   const RegistrationOptions& options() const { return options_; }
   const DistanceField& field() const { return *field_; }
-  const DistanceField* longRangeField() const { return long_range_.get(); }
+  const std::shared_ptr<const DistanceField>& longRangeField() const { return long_range_; }
 
  private:
   ResidualModel model(double scale) const {
@@ -158,12 +161,12 @@ class Registration::Impl {
   void solveRobust(const Eigen::Isometry3d& T_prior, RegistrationResult& result) {
     Eigen::Isometry3d T = T_prior;
     int iterations = 0;
-    if (long_range_) {
+    if (pulls_in_) {
       coarse_.assign(scan_, kCoarsePoints);
       iterations += pullIn(T);
     }
     StageResult best = refine(T, iterations);
-    if (long_range_ && options_.restarts > 0 && verdict(best) > options_.restart_score) {
+    if (pulls_in_ && options_.restarts > 0 && verdict(best) > options_.restart_score) {
       restart(T_prior, best, iterations);
     }
     finish(best, iterations, result);
@@ -282,18 +285,20 @@ class Registration::Impl {
   static constexpr double kRestartRotation = 0.15;    // [rad]
   static constexpr std::size_t kRestartsRefined = 3;
   static constexpr int kRays = 100;
-  static constexpr double kMaxBlocked = 0.5;  // more and the scan looks through walls
+  static constexpr double kMaxBlocked = 0.5;   // more and the scan looks through walls
   static constexpr double kClusterSize = 0.3;  // [m]
 
   std::shared_ptr<const DistanceField> field_;
-  std::shared_ptr<const DenseDistanceField> long_range_;
+  std::shared_ptr<const DistanceField> long_range_;
+  bool pulls_in_ = false;
   RegistrationOptions options_;
   ScanBuffer scan_, coarse_;
   DescentOptions descent_;
 };
 
-Registration::Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options)
-    : impl_(std::make_unique<Impl>(std::move(field), options)) {}
+Registration::Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options,
+                           std::shared_ptr<const DistanceField> far)
+    : impl_(std::make_unique<Impl>(std::move(field), options, std::move(far))) {}
 Registration::~Registration() = default;
 Registration::Registration(Registration&&) noexcept = default;
 Registration& Registration::operator=(Registration&&) noexcept = default;
@@ -306,6 +311,8 @@ RegistrationResult Registration::polish(const ScanPoints& points, const Eigen::I
 }
 const RegistrationOptions& Registration::options() const { return impl_->options(); }
 const DistanceField& Registration::field() const { return impl_->field(); }
-const DistanceField* Registration::longRangeField() const { return impl_->longRangeField(); }
+const std::shared_ptr<const DistanceField>& Registration::longRangeField() const {
+  return impl_->longRangeField();
+}
 
 }  // namespace ttsdf

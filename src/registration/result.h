@@ -12,8 +12,8 @@ constexpr double kUnknownScore = 0.7;
 /// and houses.
 double score(const NormalEquations& equations);
 
-/// What tells poses of one scan apart, 0 is perfect: every point lies on a surface, and every ray got there through
-/// free space.
+/// What tells poses of one scan apart, 0 is perfect: every point lies on a surface, and every ray got there
+/// through free space.
 inline double verdict(const RegistrationResult& result) { return result.score + result.blocked_ratio; }
 
 /// Pose and statistics of the points into the result.

@@ -81,7 +81,8 @@ BagLocalizer::Transforms BagLocalizer::transformsOf(const CloudScan& scan, std::
     return buffer_.canTransform(target, scan.header.frame_id, scan.header.stamp, &why);
   };
   if (!there(frames.base_frame_id)) return Transforms::kMissing;
-  if (options_.localizer.motion.prior == "external" && !there(frames.global_frame_id)) return Transforms::kMissing;
+  if (options_.localizer.motion.prior == "external" && !there(frames.global_frame_id))
+    return Transforms::kMissing;
   if (!frames.odom_frame_id.empty() && !there(frames.odom_frame_id)) return Transforms::kAllButOdometry;
   return Transforms::kAll;
 }
@@ -97,8 +98,8 @@ bool BagLocalizer::tryFirst(bool at_end) {
   }
   const double waited = (now_ - first.arrival).toSec();
   // As in the node: a drop-out is bridged, odometry that never was there is a mistake in the set-up.
-  const bool may_bridge = transforms == Transforms::kAllButOdometry && odometry_seen_ &&
-                          options_.frames.odometry_timeout > 0.0;
+  const bool may_bridge =
+      transforms == Transforms::kAllButOdometry && odometry_seen_ && options_.frames.odometry_timeout > 0.0;
   if (may_bridge && (at_end || waited >= options_.frames.odometry_timeout)) {
     process(first.scan, false);
     return true;

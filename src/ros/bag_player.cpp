@@ -50,7 +50,8 @@ class Player {
   void add(const rosbag::MessageInstance& message) {
     const std::string topic = withoutLeadingSlash(message.getTopic());
     if (topic == "tf" || topic == "tf_static") {
-      if (const auto tf = message.instantiate<tf2_msgs::TFMessage>()) localizer_.add(*tf, topic == "tf_static");
+      if (const auto tf = message.instantiate<tf2_msgs::TFMessage>())
+        localizer_.add(*tf, topic == "tf_static");
     } else if (!topics_.cloud.empty() && topic == topics_.cloud) {
       if (const auto cloud = message.instantiate<sensor_msgs::PointCloud2>()) localizer_.add(*cloud);
     } else if (topics_.cloud.empty() && topic == topics_.camera_info) {
@@ -58,7 +59,8 @@ class Player {
     } else if (topics_.cloud.empty() && topic == topics_.depth) {
       addImage(message.instantiate<sensor_msgs::Image>());
     } else if (topic == topics_.initial_pose) {
-      if (const auto pose = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) localizer_.add(*pose);
+      if (const auto pose = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>())
+        localizer_.add(*pose);
     } else if (topic == topics_.imu) {
       if (const auto imu = message.instantiate<sensor_msgs::Imu>()) localizer_.add(*imu);
     }
@@ -106,8 +108,10 @@ BagTopics findTopics(const rosbag::Bag& bag, BagTopics wanted) {
     } else if (clouds.empty() && images.size() == 1) {
       wanted.depth = images.front();
     } else {
-      throw std::runtime_error("bag: wanted one topic of clouds, or one of depth images with its camera_info beside "
-                               "it, or --cloud or --depth to say which; got " + listed(types));
+      throw std::runtime_error(
+          "bag: wanted one topic of clouds, or one of depth images with its camera_info beside "
+          "it, or --cloud or --depth to say which; got " +
+          listed(types));
     }
   }
   if (wanted.cloud.empty() && wanted.camera_info.empty()) wanted.camera_info = infoBeside(wanted.depth);
@@ -121,8 +125,8 @@ BagTopics findTopics(const rosbag::Bag& bag, BagTopics wanted) {
 
 void play(const rosbag::Bag& bag, const BagTopics& topics, BagLocalizer& localizer,
           const std::function<void(double)>& progress) {
-  const std::vector<std::string> names = {"tf",         "tf_static",        topics.cloud, topics.depth,
-                                          topics.camera_info, topics.initial_pose, topics.imu};
+  const std::vector<std::string> names = {
+      "tf", "tf_static", topics.cloud, topics.depth, topics.camera_info, topics.initial_pose, topics.imu};
   rosbag::View view(bag, [&names](const rosbag::ConnectionInfo* connection) {
     const std::string topic = withoutLeadingSlash(connection->topic);
     return !topic.empty() && std::find(names.begin(), names.end(), topic) != names.end();

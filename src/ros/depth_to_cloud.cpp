@@ -10,15 +10,18 @@ namespace ttsdf {
 
 namespace {
 
-void check(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info, std::size_t bytes_per_pixel) {
-  if (image.step < image.width * bytes_per_pixel || image.data.size() < std::size_t{image.step} * image.height) {
+void check(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info,
+           std::size_t bytes_per_pixel) {
+  if (image.step < image.width * bytes_per_pixel ||
+      image.data.size() < std::size_t{image.step} * image.height) {
     throw std::invalid_argument("depth image: got " + std::to_string(image.data.size()) + " bytes, wanted " +
-                                std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels");
+                                std::to_string(image.width) + " x " + std::to_string(image.height) +
+                                " pixels");
   }
   if (info.width != image.width || info.height != image.height) {
-    throw std::invalid_argument("camera_info: got " + std::to_string(info.width) + " x " + std::to_string(info.height) +
-                                ", wanted the size of the depth image, " + std::to_string(image.width) + " x " +
-                                std::to_string(image.height));
+    throw std::invalid_argument("camera_info: got " + std::to_string(info.width) + " x " +
+                                std::to_string(info.height) + ", wanted the size of the depth image, " +
+                                std::to_string(image.width) + " x " + std::to_string(image.height));
   }
   if (!(info.P[0] > 0.0 && info.P[5] > 0.0)) {
     throw std::invalid_argument("camera_info: got the focal lengths " + std::to_string(info.P[0]) + " and " +
@@ -28,7 +31,8 @@ void check(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info,
 
 }  // namespace
 
-sensor_msgs::PointCloud2::Ptr toCloud(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfo& info) {
+sensor_msgs::PointCloud2::Ptr toCloud(const sensor_msgs::ImageConstPtr& image,
+                                      const sensor_msgs::CameraInfo& info) {
   namespace encodings = sensor_msgs::image_encodings;
   const bool millimetres = image->encoding == encodings::TYPE_16UC1 || image->encoding == encodings::MONO16;
   if (!millimetres && image->encoding != encodings::TYPE_32FC1) {

@@ -54,7 +54,8 @@ const char* typeName(const OptionValue& value) {
 std::vector<std::string> groupNames(const ParameterSet& set) {
   std::vector<std::string> names{"Default"};
   for (const auto& entry : set.entries()) {
-    if (isLive(entry.key()) && !entry.group.empty() && entry.group != names.back()) names.push_back(entry.group);
+    if (isLive(entry.key()) && !entry.group.empty() && entry.group != names.back())
+      names.push_back(entry.group);
   }
   return names;
 }
@@ -115,7 +116,8 @@ LocalizationRosOptions withLiveValues(const LocalizationRosOptions& options, con
     const ParameterSet::Entry* entry = set.find(name);
     if (!entry) throw std::invalid_argument("option '" + name + "' is unknown");
     if (!isLive(name)) {
-      throw std::invalid_argument("option '" + name + "' cannot change while the localizer runs: set it and start again");
+      throw std::invalid_argument("option '" + name +
+                                  "' cannot change while the localizer runs: set it and start again");
     }
     entry->set(value);
   };
@@ -127,7 +129,8 @@ LocalizationRosOptions withLiveValues(const LocalizationRosOptions& options, con
   return changed;
 }
 
-LiveParameters::LiveParameters(const ros::NodeHandle& private_node, const LocalizationRosOptions& options, Apply apply)
+LiveParameters::LiveParameters(const ros::NodeHandle& private_node, const LocalizationRosOptions& options,
+                               Apply apply)
     : private_node_(private_node), apply_(std::move(apply)), options_(options) {
   descriptions_ = private_node_.advertise<ConfigDescription>("parameter_descriptions", 1, true);
   updates_ = private_node_.advertise<Config>("parameter_updates", 1, true);

@@ -62,14 +62,17 @@ void OutputFile::close() {
   open_ = false;
 }
 
-OfflineReport::OfflineReport(const std::string& trajectory_path, const std::string& status_path, bool with_times)
+OfflineReport::OfflineReport(const std::string& trajectory_path, const std::string& status_path,
+                             bool with_times)
     : trajectory_(trajectory_path), statuses_(status_path), with_times_(with_times) {
-  statuses_.stream() << "stamp,state,reason,pose_valid,points,iterations,rms_residual,inlier_ratio,outside_ratio,"
-                        "unknown_ratio,score,jump_translation,jump_rotation,weak_directions,tx,ty,tz,qx,qy,qz,qw,"
-                     << (with_times_ ? "ms," : "") << "message\n";
+  statuses_.stream()
+      << "stamp,state,reason,pose_valid,points,iterations,rms_residual,inlier_ratio,outside_ratio,"
+         "unknown_ratio,score,jump_translation,jump_rotation,weak_directions,tx,ty,tz,qx,qy,qz,qw,"
+      << (with_times_ ? "ms," : "") << "message\n";
 }
 
-void OfflineReport::add(const std_msgs::Header& header, const Status& status, const LocalizationUpdate& update) {
+void OfflineReport::add(const std_msgs::Header& header, const Status& status,
+                        const LocalizationUpdate& update) {
   ++scans_;
   ++states_[status.state_name];
   if (status.state_name == "lost" && last_state_ != "lost") ++times_lost_;
@@ -94,8 +97,8 @@ void OfflineReport::writeStatus(const std_msgs::Header& header, const Status& st
                                 const LocalizationUpdate& update) {
   std::ostream& out = statuses_.stream();
   out << text(header.stamp) << ',' << status.state_name << ',' << static_cast<int>(status.reason) << ','
-      << static_cast<int>(status.pose_valid) << ',' << status.points << ',' << status.iterations << ',' << std::fixed
-      << std::setprecision(6);
+      << static_cast<int>(status.pose_valid) << ',' << status.points << ',' << status.iterations << ','
+      << std::fixed << std::setprecision(6);
   for (const double x : {status.rms_residual, status.inlier_ratio, status.outside_ratio, status.unknown_ratio,
                          status.score, status.jump_translation, status.jump_rotation}) {
     out << x << ',';
@@ -124,16 +127,19 @@ std::string OfflineReport::summary(double seconds, int global_localizations) con
   out << "poses                  " << poses_;
   if (scans_ > 0) out << " (" << 100.0 * poses_ / scans_ << " %)";
   out << '\n';
-  for (const auto& [state, count] : states_) out << "  " << std::left << std::setw(21) << state << count << '\n';
+  for (const auto& [state, count] : states_)
+    out << "  " << std::left << std::setw(21) << state << count << '\n';
   out << "times lost             " << times_lost_ << '\n';
   out << "global localizations   " << global_localizations << '\n';
   out << "distance               " << distance_ << " m\n";
   if (!milliseconds_.empty()) {
     out << "registration           median " << std::setprecision(2) << percentile(milliseconds_, 0.5)
-        << " ms, 99 % " << percentile(milliseconds_, 0.99) << " ms\n" << std::setprecision(1);
+        << " ms, 99 % " << percentile(milliseconds_, 0.99) << " ms\n"
+        << std::setprecision(1);
   }
   out << "run                    " << duration << " s of the bag in " << seconds << " s";
-  if (seconds > 0.0) out << ": " << duration / seconds << " times real time, " << scans_ / seconds << " scans per second";
+  if (seconds > 0.0)
+    out << ": " << duration / seconds << " times real time, " << scans_ / seconds << " scans per second";
   out << '\n';
   return out.str();
 }

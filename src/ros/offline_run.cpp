@@ -21,15 +21,19 @@ struct Arguments {
 };
 
 bool parse(int argc, char** argv, Arguments& a) {
-  CommandLine line("offline_localizer", "BAG.bag --map MAP.ttsdf [options]",
-                   "Localizes the camera of a bag in a map with the localizer of the node: without a master, every "
-                   "scan, as fast as it goes, and with the same result every time.");
+  CommandLine line(
+      "offline_localizer", "BAG.bag --map MAP.ttsdf [options]",
+      "Localizes the camera of a bag in a map with the localizer of the node: without a master, every "
+      "scan, as fast as it goes, and with the same result every time.");
   line.positional("BAG.bag", a.bag)
       .value("map", "MAP.ttsdf", a.map, "The map; default: map_file of the parameters.")
-      .value("config", "FILE.yaml", a.config, "Parameters as for localization_node (config/localization.yaml).")
-      .value("set", "KEY=VALUE", a.settings, "One parameter more, as odom_frame_id='' or gates/min_inlier_ratio=0.3.")
+      .value("config", "FILE.yaml", a.config,
+             "Parameters as for localization_node (config/localization.yaml).")
+      .value("set", "KEY=VALUE", a.settings,
+             "One parameter more, as odom_frame_id='' or gates/min_inlier_ratio=0.3.")
       .value("cloud", "TOPIC", a.topics.cloud, "PointCloud2; not needed if the bag has only one such topic.")
-      .value("depth", "TOPIC", a.topics.depth, "Depth images to make the clouds from, if the bag has no clouds.")
+      .value("depth", "TOPIC", a.topics.depth,
+             "Depth images to make the clouds from, if the bag has no clouds.")
       .value("camera-info", "TOPIC", a.topics.camera_info, "Default: camera_info beside the images.")
       .value("initialpose", "TOPIC", a.topics.initial_pose, "Start poses.")
       .value("imu", "TOPIC", a.topics.imu, "For gravity_source imu.")
@@ -81,7 +85,8 @@ int runOfflineLocalizer(int argc, char** argv) {
     play(bag, topics, localizer, [&](double share) { progress.update("localizing", share); });
   }
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-  for (const std::string& warning : localizer.warnings()) std::cerr << "offline_localizer: warning: " << warning << '\n';
+  for (const std::string& warning : localizer.warnings())
+    std::cerr << "offline_localizer: warning: " << warning << '\n';
   report.close();
   std::cout << report.summary(seconds.count(), localizer.globalLocalizations());
   if (report.scans() == 0) throw std::runtime_error("bag '" + arguments.bag + "': got no scan, wanted some");

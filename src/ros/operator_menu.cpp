@@ -57,7 +57,8 @@ const OptionTable<OperatorMenuOptions>& operatorMenuOptionTable() {
           .add("localization", &O::localization, {}, "Name of the localization node.")
           .add("map_builder", &O::map_builder, {}, "Name of the map builder.")
           .add("map_folder", &O::map_folder, {},
-               "Folder whose maps are offered for loading, and where a built map is saved. Empty: neither is offered.")
+               "Folder whose maps are offered for loading, and where a built map is saved. Empty: neither is "
+               "offered.")
           .add("global_frame_id", &O::global_frame_id, {}, "Frame of the map.")
           .add("height", &O::height, 0.0, 100.0, "m", "Height of the ball above the base.")
           .add("text_size", &O::text_size, 0.01, 10.0, "m", "Height of a letter.");
@@ -95,7 +96,8 @@ OperatorMenu::OperatorMenu(const ros::NodeHandle& node, const ros::NodeHandle& p
   draw();
   status_subscriber_ = node_.subscribe("status", 10, &OperatorMenu::onStatus, this);
   pose_subscriber_ = node_.subscribe("pose", 2, &OperatorMenu::onPose, this);
-  draw_timer_ = node_.createWallTimer(ros::WallDuration(kDrawPeriod), [this](const ros::WallTimerEvent&) { draw(); });
+  draw_timer_ =
+      node_.createWallTimer(ros::WallDuration(kDrawPeriod), [this](const ros::WallTimerEvent&) { draw(); });
   worker_ = std::thread(&OperatorMenu::run, this);
 }
 
@@ -153,8 +155,9 @@ void OperatorMenu::addMaps() {
     ttsdf_localization::LoadMap load;
     load.request.filename = options_.map_folder + "/" + file;
     const Action action = call(options_.localization + "/load_map", load);
-    menu_.insert(parent, file,
-                 [this, action](const interactive_markers::MenuHandler::FeedbackConstPtr&) { actions_.put(action); });
+    menu_.insert(parent, file, [this, action](const interactive_markers::MenuHandler::FeedbackConstPtr&) {
+      actions_.put(action);
+    });
   }
 }
 

@@ -9,9 +9,11 @@ const OptionTable<ScanSelectionOptions>& scanSelectionOptionTable() {
   static const OptionTable<Options> table =
       OptionTable<Options>()
           .add("every", &Options::every, 1, 100000, "", "Take every n-th cloud.")
-          .add("min_interval", &Options::min_interval, 0.0, 3600.0, "s", "Least time since the last cloud taken.")
+          .add("min_interval", &Options::min_interval, 0.0, 3600.0, "s",
+               "Least time since the last cloud taken.")
           .add("min_translation", &Options::min_translation, 0.0, 100.0, "m",
-               "Take a cloud when the sensor moved this far since the last one taken ... (0 with min_rotation 0: "
+               "Take a cloud when the sensor moved this far since the last one taken ... (0 with "
+               "min_rotation 0: "
                "always.)")
           .add("min_rotation", &Options::min_rotation, 0.0, 3.2, "rad",
                "... or turned this far. (0 with min_translation 0: always.)");

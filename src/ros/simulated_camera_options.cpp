@@ -21,7 +21,8 @@ const OptionTable<SimulatedCameraOptions>& simulatedCameraOptionTable() {
                "Broadcast the true transform from the global to the odometry frame; ~truth_tf switches it.")
           .add("laps", &O::laps, 0.0, 1e6, "", "The node ends after this many rounds of its path; 0: never.")
           .add("duration", &O::duration, 0.0, 1e7, "s", "The node ends after this time; 0: never.")
-          .add("kidnap_distance", &O::kidnap_distance, 0.0, 1000.0, "m", "Least distance of the jump that ~kidnap makes.")
+          .add("kidnap_distance", &O::kidnap_distance, 0.0, 1000.0, "m",
+               "Least distance of the jump that ~kidnap makes.")
           .add(&O::rig, simulatedRigOptionTable());
   return kTable;
 }
@@ -46,8 +47,9 @@ std::string simulatedCameraYaml() {
       "Written from the option tables by the test ros_simulated_camera_options_test with "
       "TTSDF_UPDATE_CONFIG=1; do not edit.",
       {{"mount", "Where the camera sits on the body."},
-       {"camera", "The image and its noise: values given here change the preset that `noise` names; those "
-                  "below are kinect's. sigma(z) = noise_base + noise_quadratic z^2."},
+       {"camera",
+        "The image and its noise: values given here change the preset that `noise` names; those "
+        "below are kinect's. sigma(z) = noise_base + noise_quadratic z^2."},
        {"path", "How the camera moves; the sway makes every round a little different."},
        {"odometry", "Drift grows with the distance travelled; its direction changes slowly."},
        {"clutter", "People-sized boxes that walk in front of the camera and are in no map."}});

@@ -53,7 +53,8 @@ XmlRpc::XmlRpcValue parametersFromFile(const std::string& path) {
 void setParameter(XmlRpc::XmlRpcValue& tree, const std::string& assignment) {
   const std::size_t equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {
-    throw std::invalid_argument("got '" + assignment + "', wanted KEY=VALUE, for example gates/min_inlier_ratio=0.3");
+    throw std::invalid_argument("got '" + assignment +
+                                "', wanted KEY=VALUE, for example gates/min_inlier_ratio=0.3");
   }
   const std::string key = assignment.substr(0, equals);
   XmlRpc::XmlRpcValue value;

@@ -1,4 +1,5 @@
-// doc/architecture.md, "Structure": reads every #include of the source tree and fails when an arrow turns round.
+// doc/architecture.md, "Structure": reads every #include of the source tree and fails when an arrow turns
+// round.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +32,8 @@ const std::map<std::string, Names> kMayUse = {
     {"simulation", {"options", "geometry", "tensor", "field", "mapping"}},
     {"evaluation", {"options", "geometry", "tensor", "field", "map", "registration", "mapping"}},
     {"tools",
-     {"options", "geometry", "tensor", "field", "map", "registration", "mapping", "simulation", "evaluation"}},
+     {"options", "geometry", "tensor", "field", "map", "registration", "mapping", "simulation",
+      "evaluation"}},
     {"ros",
      {"options", "geometry", "tensor", "field", "map", "registration", "localization", "mapping",
       "simulation", "evaluation", "tools"}},
@@ -40,14 +42,10 @@ const std::map<std::string, Names> kMayUse = {
 
 /// Libraries that only some folders may include, by the first folder of the include.
 const std::map<std::string, Names> kOnlyIn = {
-    {"openvdb", {"mapping"}},
-    {"vigra", {"mapping"}},
-    {"assimp", {"mapping"}},
-    {"tbb", {"mapping"}},
-    {"pcl", {"evaluation", "tools"}},
-    {"boost", {"tools", "ros", "nodes"}},
-    {"yaml-cpp", {"tools", "ros"}},
-    {"json", {"tools"}},
+    {"openvdb", {"mapping"}},         {"vigra", {"mapping"}},
+    {"assimp", {"mapping"}},          {"tbb", {"mapping"}},
+    {"pcl", {"evaluation", "tools"}}, {"boost", {"tools", "ros", "nodes"}},
+    {"yaml-cpp", {"tools", "ros"}},   {"json", {"tools"}},
 };
 
 struct Include {
@@ -55,7 +53,8 @@ struct Include {
   std::string folder, text;
 };
 
-/// Folder of our own tree that a file belongs to: src/map/x.cpp and include/ttsdf_localization/map/x.h -> map.
+/// Folder of our own tree that a file belongs to: src/map/x.cpp and include/ttsdf_localization/map/x.h ->
+/// map.
 std::string folderOf(const fs::path& file) {
   fs::path relative = fs::relative(file, kRoot / "include" / "ttsdf_localization");
   if (*relative.begin() == "..") relative = fs::relative(file, kRoot / "src");
@@ -108,7 +107,8 @@ TEST(Layers, TheTreeIsRead) {
   EXPECT_GT(includes().size(), 500u);
   Names folders;
   for (const Include& include : includes()) folders.insert(include.folder);
-  for (const std::string& folder : folders) EXPECT_EQ(kMayUse.count(folder), 1u) << "unknown folder " << folder;
+  for (const std::string& folder : folders)
+    EXPECT_EQ(kMayUse.count(folder), 1u) << "unknown folder " << folder;
 }
 
 TEST(Layers, NoArrowTurnsRound) {
@@ -135,7 +135,8 @@ TEST(Layers, LibrariesStayInTheirLayer) {
 }
 
 TEST(Layers, SimulationUsesOnlyPlainTypesOfMapping) {
-  const Names plain = {"ttsdf_localization/mapping/depth_image.h", "ttsdf_localization/mapping/surface_mesh.h"};
+  const Names plain = {"ttsdf_localization/mapping/depth_image.h",
+                       "ttsdf_localization/mapping/surface_mesh.h"};
   for (const Include& include : includes()) {
     if (include.folder != "simulation" || ownFolder(include.text) != "mapping") continue;
     EXPECT_EQ(plain.count(include.text), 1u) << describe(include);
@@ -144,7 +145,8 @@ TEST(Layers, SimulationUsesOnlyPlainTypesOfMapping) {
 
 // A nodelet shares its process with others.
 TEST(Layers, LibrariesNeitherPrintNorExit) {
-  static const std::regex kForbidden(R"(std::(cout|cerr|exit|abort|terminate)\b|[^n]printf\(|\b(exit|abort)\()");
+  static const std::regex kForbidden(
+      R"(std::(cout|cerr|exit|abort|terminate)\b|[^n]printf\(|\b(exit|abort)\()");
   for (const std::string folder : {"options", "geometry", "tensor", "field", "map", "registration",
                                    "localization", "mapping", "simulation", "evaluation"}) {
     for (const fs::path& top : {kRoot / "include" / "ttsdf_localization" / folder, kRoot / "src" / folder}) {
@@ -152,7 +154,8 @@ TEST(Layers, LibrariesNeitherPrintNorExit) {
       for (const auto& entry : fs::recursive_directory_iterator(top)) {
         std::ifstream file(entry.path());
         for (std::string line; std::getline(file, line);) {
-          EXPECT_FALSE(std::regex_search(line, kForbidden)) << fs::relative(entry.path(), kRoot) << ": " << line;
+          EXPECT_FALSE(std::regex_search(line, kForbidden))
+              << fs::relative(entry.path(), kRoot) << ": " << line;
         }
       }
     }

@@ -25,7 +25,8 @@ TEST_P(RobotLibraries, StaySmall) {
   const std::string needed = neededBy(GetParam());
   EXPECT_NE(needed.find("libttsdf_core"), std::string::npos) << needed;
   EXPECT_EQ(needed.find("not found"), std::string::npos) << needed;
-  for (const char* const heavy : {"openvdb", "vtk", "libpcl_", "vigra", "assimp", "opencv", "ttsdf_mapping"}) {
+  for (const char* const heavy :
+       {"openvdb", "vtk", "libpcl_", "vigra", "assimp", "opencv", "ttsdf_mapping"}) {
     EXPECT_EQ(needed.find(heavy), std::string::npos) << heavy << " in:\n" << needed;
   }
 }

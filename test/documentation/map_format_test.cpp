@@ -61,8 +61,8 @@ class MapFormatPage : public ::testing::Test {
         index[axis] = static_cast<int>(random() % static_cast<unsigned>(map.geometry.dims[axis]));
       out << "sample " << index.transpose() << ' '
           << map.geometry.samplePosition(index.cast<double>()).transpose() << ' '
-          << map.train(index[0], index[1], index[2]) << ' '
-          << map.mask.atVoxel(index[0], index[1], index[2]) << '\n';
+          << map.train(index[0], index[1], index[2]) << ' ' << map.mask.atVoxel(index[0], index[1], index[2])
+          << '\n';
     }
   }
 
@@ -74,7 +74,8 @@ class MapFormatPage : public ::testing::Test {
       ADD_FAILURE() << name << ": accepted";
     } catch (const MapFormatError& error) {
       const std::string message = error.what(), subject = message.substr(0, message.find(": got "));
-      const std::string general = std::regex_replace(subject, std::regex("^section [A-Z]{4}"), "section NAME");
+      const std::string general =
+          std::regex_replace(subject, std::regex("^section [A-Z]{4}"), "section NAME");
       EXPECT_TRUE(pageNames(subject) || pageNames(general))
           << "doc/map_format.md does not name `" << subject << "` (" << message << ")";
     }
@@ -162,7 +163,8 @@ TEST_F(MapFormatPage, NamesWhatIsRefusedInTheContainer) {
   for (const std::string id : {"GEOM", "FIEL", "CORE"}) {
     RawFile without = file;
     for (std::size_t n = 0; n < without.sections.size(); ++n) {
-      if (without.sections[n].id == id) without.sections.erase(without.sections.begin() + static_cast<long>(n));
+      if (without.sections[n].id == id)
+        without.sections.erase(without.sections.begin() + static_cast<long>(n));
     }
     writeRefused("without_" + id, without);
   }
@@ -170,9 +172,11 @@ TEST_F(MapFormatPage, NamesWhatIsRefusedInTheContainer) {
 }
 
 TEST_F(MapFormatPage, NamesWhatIsRefusedInTheSections) {
-  const RawFile quantized = test::takeApart(serialize(test::roomMap(), test::encodeAs(Encoding::kQuantized, 0.005)));
+  const RawFile quantized =
+      test::takeApart(serialize(test::roomMap(), test::encodeAs(Encoding::kQuantized, 0.005)));
   const RawFile plain = test::takeApart(serialize(test::roomMap()));
-  const auto changed = [&](const std::string& name, RawFile file, const char* id, std::size_t at, auto value) {
+  const auto changed = [&](const std::string& name, RawFile file, const char* id, std::size_t at,
+                           auto value) {
     setNumber(file.section(id).payload, at, value);
     writeRefused(name, file);
   };

@@ -82,13 +82,14 @@ std::string page() {
   std::ostringstream out;
   out << kHead;
   LocalizationRosOptions localization;
-  writeSection(out, "Localization",
-               "`localization_node`, `ttsdf_localization/LocalizationNodelet`; "
-               "[config/localization.yaml](../config/localization.yaml). The groups registration, search and "
-               "global are also options of `ttsdf_register` and `ttsdf_evaluate`. Those marked (live) may change "
-               "while the localizer runs: with rqt_reconfigure, or "
-               "`/usr/lib/dynamic_reconfigure/dynparam set /localization gates/max_jump_translation 0.3`.",
-               localizationParameters(localization), isLive);
+  writeSection(
+      out, "Localization",
+      "`localization_node`, `ttsdf_localization/LocalizationNodelet`; "
+      "[config/localization.yaml](../config/localization.yaml). The groups registration, search and "
+      "global are also options of `ttsdf_register` and `ttsdf_evaluate`. Those marked (live) may change "
+      "while the localizer runs: with rqt_reconfigure, or "
+      "`/usr/lib/dynamic_reconfigure/dynparam set /localization gates/max_jump_translation 0.3`.",
+      localizationParameters(localization), isLive);
   MapBuilderRosOptions builder;
   writeSection(out, "Map builder",
                "`map_builder_node`, `ttsdf_localization/MapBuilderNodelet`; "

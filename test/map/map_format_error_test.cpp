@@ -198,7 +198,8 @@ TEST(MapFormatError, GeometryFields) {
       expectRefusedWith("extent", "GEOM", 4 * axis, extent);
     }
   }
-  for (const double size : {0.0, -0.1, 1e-6, 1e3, nan, inf}) expectRefusedWith("voxel size", "GEOM", 12, size);
+  for (const double size : {0.0, -0.1, 1e-6, 1e3, nan, inf})
+    expectRefusedWith("voxel size", "GEOM", 12, size);
   for (std::size_t entry = 0; entry < 12; ++entry) {
     for (const double value : {nan, inf}) expectRefusedWith("transform", "GEOM", 20 + 8 * entry, value);
   }

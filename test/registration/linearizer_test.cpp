@@ -63,7 +63,8 @@ double loss(double r, const ResidualModel& model) {
   return model.robust ? r * r / (r * r + model.scale * model.scale) : r * r;
 }
 
-/// Trust in a point of the sensor frame: 1 / variance of noise that grows with the square of the range, doubled at 4 m.
+/// Trust in a point of the sensor frame: 1 / variance of noise that grows with the square of the range,
+/// doubled at 4 m.
 double trust(const Eigen::Vector3d& p) { return 1.0 / std::pow(1.0 + p.squaredNorm() / 16.0, 2); }
 
 /// Cost of the valid points in double, with the states of the unperturbed pose.

@@ -20,7 +20,8 @@ class BlockedShare : public testing::Test {
   double exact(const Sdf& sdf, const Eigen::Isometry3d& T, double inside, double before_end) const {
     int blocked = 0;
     for (int n = 0; n < scan_.size(); ++n) {
-      const Eigen::Vector3d end = scan_.centroid() + Eigen::Vector3d(scan_.x()[n], scan_.y()[n], scan_.z()[n]);
+      const Eigen::Vector3d end =
+          scan_.centroid() + Eigen::Vector3d(scan_.x()[n], scan_.y()[n], scan_.z()[n]);
       bool hit = false;
       for (double s = 0.0; s < end.norm() - before_end && !hit; s += 1e-3) {
         hit = sdf(T * (s * end.normalized())) < -inside;
@@ -35,7 +36,9 @@ class BlockedShare : public testing::Test {
   std::shared_ptr<const DistanceField> field_ = denseField(furnishedRoom, roomGeometry(0.04));
 };
 
-TEST_F(BlockedShare, IsNoneAtTheRightPose) { EXPECT_EQ(blockedShare(*field_, nullptr, scan_, T_, 2000), 0.0); }
+TEST_F(BlockedShare, IsNoneAtTheRightPose) {
+  EXPECT_EQ(blockedShare(*field_, nullptr, scan_, T_, 2000), 0.0);
+}
 
 TEST_F(BlockedShare, AgreesWithBruteForceAtWrongPoses) {
   for (const double shift : {0.3, 0.8, 1.5}) {
@@ -58,7 +61,8 @@ TEST_F(BlockedShare, AgreesWithBruteForceAtWrongPoses) {
 TEST_F(BlockedShare, LooksAlongAPartOfTheRays) {
   Eigen::Isometry3d T = T_;
   T.translation().x() += 1.5;
-  EXPECT_NEAR(blockedShare(*field_, nullptr, scan_, T, 300), blockedShare(*field_, nullptr, scan_, T, 2000), 0.1);
+  EXPECT_NEAR(blockedShare(*field_, nullptr, scan_, T, 300), blockedShare(*field_, nullptr, scan_, T, 2000),
+              0.1);
 }
 
 TEST_F(BlockedShare, IsTheSameWithAFarFieldAtHand) {
@@ -66,8 +70,8 @@ TEST_F(BlockedShare, IsTheSameWithAFarFieldAtHand) {
   for (const double shift : {0.0, 0.3, 0.8, 1.5}) {
     Eigen::Isometry3d T = T_;
     T.translation().x() += shift;
-    EXPECT_NEAR(blockedShare(*field_, far.get(), scan_, T, 2000), blockedShare(*field_, nullptr, scan_, T, 2000),
-                0.01)
+    EXPECT_NEAR(blockedShare(*field_, far.get(), scan_, T, 2000),
+                blockedShare(*field_, nullptr, scan_, T, 2000), 0.01)
         << shift;
   }
 }

@@ -1,4 +1,5 @@
-// dynamic_reconfigure's service and topics on a running nodelet: a gate closed and opened again while scans come in.
+// dynamic_reconfigure's service and topics on a running nodelet: a gate closed and opened again while scans
+// come in.
 
 #include <dynamic_reconfigure/Config.h>
 #include <dynamic_reconfigure/ConfigDescription.h>
@@ -33,7 +34,8 @@ class StandingRobot {
         tf_(node.advertise<tf2_msgs::TFMessage>("/tf", 10)),
         clouds_(node.advertise<sensor_msgs::PointCloud2>("cloud", 2)),
         poses_(node.advertise<geometry_msgs::PoseWithCovarianceStamped>("initialpose", 2)),
-        timer_(node.createWallTimer(ros::WallDuration(0.1), [this](const ros::WallTimerEvent&) { step(); })) {}
+        timer_(node.createWallTimer(ros::WallDuration(0.1), [this](const ros::WallTimerEvent&) { step(); })) {
+  }
 
   /// The base is the camera.
   static Eigen::Isometry3d pose() { return test::cameraPose({1.6, 1.2, 1.2}, 0.5, 0.1); }

@@ -15,7 +15,8 @@ using dynamic_reconfigure::Config;
 template <class Message, class Value>
 void collect(const std::vector<Message>& messages, std::map<std::string, Value>& values) {
   for (const auto& message : messages) {
-    EXPECT_TRUE(values.emplace(message.name, static_cast<Value>(message.value)).second) << message.name << " twice";
+    EXPECT_TRUE(values.emplace(message.name, static_cast<Value>(message.value)).second)
+        << message.name << " twice";
   }
 }
 
@@ -54,7 +55,8 @@ Config single(const std::string& name, double value) {
 
 TEST(LiveParameters, AreDescribedByTheOptionTables) {
   const auto description = liveDescription();
-  const auto minima = numbers(description.min), maxima = numbers(description.max), defaults = numbers(description.dflt);
+  const auto minima = numbers(description.min), maxima = numbers(description.max),
+             defaults = numbers(description.dflt);
   LocalizationRosOptions options;
   const ParameterSet set = localizationParameters(options);
   std::size_t live = 0;
@@ -74,7 +76,8 @@ TEST(LiveParameters, AreDescribedByTheOptionTables) {
   for (const auto& group : description.groups) {
     EXPECT_TRUE(ids.insert(group.id).second);
     described += group.parameters.size();
-    for (const auto& parameter : group.parameters) EXPECT_FALSE(parameter.description.empty()) << parameter.name;
+    for (const auto& parameter : group.parameters)
+      EXPECT_FALSE(parameter.description.empty()) << parameter.name;
   }
   EXPECT_EQ(described, live);
 }
@@ -84,8 +87,8 @@ TEST(LiveParameters, CoverGatesRatesAndBudgetButNoFrames) {
                           "search/starts", "global/starts", "motion/odometry_translation_noise"}) {
     EXPECT_TRUE(isLive(key)) << key;
   }
-  for (const char* key : {"global_frame_id", "odom_frame_id", "map_file", "motion/prior", "registration/max_points",
-                          "tf_broadcast", "gravity_source"}) {
+  for (const char* key : {"global_frame_id", "odom_frame_id", "map_file", "motion/prior",
+                          "registration/max_points", "tf_broadcast", "gravity_source"}) {
     EXPECT_FALSE(isLive(key)) << key;
   }
 }
@@ -108,7 +111,8 @@ TEST(LiveParameters, AreRefusedOutOfRangeUnknownOrNotLive) {
   EXPECT_NE(refusal(single("gates/max_rms_residual", 7.0)).find("max_rms_residual"), std::string::npos);
   EXPECT_NE(refusal(single("gates/nothing", 0.1)).find("unknown"), std::string::npos);
   EXPECT_NE(refusal(single("registration/kernel_scale_end", 0.1)).find("start again"), std::string::npos);
-  EXPECT_NE(refusal(single("cloud/min_range", 50.0)).find("min_range"), std::string::npos);  // above max_range
+  EXPECT_NE(refusal(single("cloud/min_range", 50.0)).find("min_range"),
+            std::string::npos);  // above max_range
   EXPECT_EQ(refusal(single("cloud/min_range", 0.3)), "accepted");
 }
 

@@ -38,7 +38,7 @@ Eigen::Isometry3d poseOf(double t) {
 struct Story {
   int scans = 40;
   bool odometry = true, initial_pose = true, depth_images = false;
-  bool transforms_late = false;             ///< odometry comes after its cloud
+  bool transforms_late = false;                ///< odometry comes after its cloud
   int drop_out_begin = -1, drop_out_end = -1;  ///< scans without odometry
 };
 
@@ -67,13 +67,15 @@ class BagWriter {
     if (story_.depth_images) {
       writeDepth(T_map_base, header);
     } else {
-      const ScanPoints points = test::renderScan(test::Room(), T_map_base * baseFromCamera(), 64, 48, 0.01, 1U + n);
+      const ScanPoints points =
+          test::renderScan(test::Room(), T_map_base * baseFromCamera(), 64, 48, 0.01, 1U + n);
       bag_.write("/camera/points", stamp, toCloudMessage(points, header));
     }
     if (story_.transforms_late) writeOdometry(n, T_map_base, stamp, stamp + ros::Duration(0.03));
   }
 
-  void writeOdometry(int n, const Eigen::Isometry3d& T_map_base, const ros::Time& stamp, const ros::Time& written) {
+  void writeOdometry(int n, const Eigen::Isometry3d& T_map_base, const ros::Time& stamp,
+                     const ros::Time& written) {
     if (!story_.odometry || (n >= story_.drop_out_begin && n < story_.drop_out_end)) return;
     Eigen::Isometry3d T_map_odom = Eigen::Isometry3d::Identity();
     T_map_odom.translation() << 0.3, -0.2, 0.0;
@@ -130,7 +132,12 @@ class OfflineLocalizer : public testing::Test {
   }
 
   ToolRun run(const std::string& bag, std::vector<std::string> more = {}, const std::string& name = "out") {
-    std::vector<std::string> arguments = {bag, "--map", kMap, "--trajectory", folder_ / (name + ".tum"), "--statuses",
+    std::vector<std::string> arguments = {bag,
+                                          "--map",
+                                          kMap,
+                                          "--trajectory",
+                                          folder_ / (name + ".tum"),
+                                          "--statuses",
                                           folder_ / (name + ".csv")};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return runProcess("offline_localizer", arguments);

@@ -20,13 +20,13 @@ inline constexpr double kSuccessDistance = 0.05;
 struct SweepRecord {
   std::string dataset, method, scan;
   PerturbationKind kind = PerturbationKind::kTranslation;
-  double magnitude = 0.0;  ///< [m] or [rad], by kind
-  int direction = 0;       ///< number of the direction, from 0
+  double magnitude = 0.0;                            ///< [m] or [rad], by kind
+  int direction = 0;                                 ///< number of the direction, from 0
   double translation_error = 0.0;                    ///< [m]
   double rotation_error = 0.0;                       ///< [rad]
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< estimated position in the true sensor frame [m]:
                                                      ///< shows bias where the errors above only show size
-  bool accepted = false;  ///< what the method said of its own estimate
+  bool accepted = false;                             ///< what the method said of its own estimate
   std::string reason;
   int iterations = 0;
   double milliseconds = 0.0;      ///< wall clock

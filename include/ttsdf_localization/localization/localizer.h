@@ -26,8 +26,8 @@ namespace ttsdf {
 /// A global localization of one scan: takes seconds, owns all it needs.
 class GlobalJob {
  public:
-  GlobalJob(int id, std::shared_ptr<const DistanceField> field, LocalizerScan scan,
-            std::optional<Eigen::Vector3d> gravity, const LocalizerOptions& options);
+  GlobalJob(int id, std::shared_ptr<const DistanceField> field, std::shared_ptr<const DistanceField> far,
+            LocalizerScan scan, std::optional<Eigen::Vector3d> gravity, const LocalizerOptions& options);
   /// Runs to the end; never throws for bad points. `progress` returns false to cancel.
   void run(const ProgressCallback& progress = {});
 
@@ -39,7 +39,7 @@ class GlobalJob {
 
  private:
   int id_;
-  std::shared_ptr<const DistanceField> field_;
+  std::shared_ptr<const DistanceField> field_, far_;
   LocalizerScan scan_;
   std::optional<Eigen::Vector3d> gravity_;  ///< down in the sensor frame
   RegistrationOptions registration_;

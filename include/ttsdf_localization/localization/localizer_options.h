@@ -61,8 +61,8 @@ struct RecoveryOptions {
 const OptionTable<RecoveryOptions>& recoveryOptionTable();
 
 struct LocalizerOptions {
-  /// A prior that is as good as the last pose and the odometry hides slow slides: a direction keeps it only where the
-  /// scan says next to nothing, a tenth of what a single registration asks for.
+  /// A prior that is as good as the last pose and the odometry hides slow slides: a direction keeps it only
+  /// where the scan says next to nothing, a tenth of what a single registration asks for.
   LocalizerOptions() { registration.weak_threshold = 0.001; }
 
   GateOptions gates;

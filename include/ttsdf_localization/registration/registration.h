@@ -59,7 +59,7 @@ struct RegistrationResult {
   double outside_ratio = 0.0;    ///< points outside the box / points
   double unknown_ratio = 0.0;    ///< points in unknown space / points
   double score = 1.0;            ///< mean r^2 / (r^2 + s^2), s = 3 cm; unknown 0.7, outside 1 (0 is perfect)
-  double blocked_ratio = 0.0;    ///< global: rays that the map's matter stands in the way of / rays
+  double blocked_ratio = 0.0;    ///< rays that the map's matter stands in the way of / rays (method robust)
   double runner_up_score = 1.0;  ///< global: score + blocked_ratio of the best distinct other place
   Eigen::Isometry3d T_map_runner_up = Eigen::Isometry3d::Identity();
   Matrix6d covariance =
@@ -78,24 +78,26 @@ using ScanPoints = Eigen::Matrix3Xf;
 
 class Registration {
  public:
-  /// Shares the field and makes the far field of it (about 1 us per coarse sample). Throws
-  /// std::invalid_argument for a null field or bad options.
-  Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options = {});
+  /// Shares the field. `far`: its far field if there is one already; if not and `long_range` asks for it, it is
+  /// made (about 1 us per coarse sample). Throws std::invalid_argument for a null field or bad options.
+  explicit Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options = {},
+                        std::shared_ptr<const DistanceField> far = nullptr);
   ~Registration();
   Registration(Registration&&) noexcept;
   Registration& operator=(Registration&&) noexcept;
 
-  /// One start, from the prior. Not thread-safe (owns work space); never throws for bad points.
+  /// From the prior; the options say how many restarts around it a bad fit is worth. Not thread-safe (owns
+  /// work space); never throws for bad points.
   RegistrationResult align(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor_prior);
 
-  /// Only the last stages, from a pose that is already within a few centimetres: no far field, no restarts, and no
-  /// covariance. What multi-start search compares its candidates with.
+  /// Only the last stages, from a pose that is already within a few centimetres: no far field, no restarts,
+  /// and no covariance. What multi-start search compares its candidates with.
   RegistrationResult polish(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor);
 
   const RegistrationOptions& options() const;
   const DistanceField& field() const;
-  /// The coarse far field (null if the map shows no surface or `long_range` is off).
-  const DistanceField* longRangeField() const;
+  /// The coarse far field (null if the map shows no surface, or `long_range` is off and none was given).
+  const std::shared_ptr<const DistanceField>& longRangeField() const;
 
  private:
   class Impl;

@@ -42,9 +42,9 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
                               const Eigen::Isometry3d& T_map_sensor_prior, const SearchOptions& options,
                               const std::optional<Matrix6d>& covariance = std::nullopt);
 
-/// No prior at all. Candidates are told apart by score + blocked_ratio: rays that end on surfaces, and that got there
-/// through free space. `gravity`: the down direction in the sensor frame; `map_down`: in the map frame.
-/// reason kAmbiguous or kLowScore and success false when the answer cannot be trusted.
+/// No prior at all. Candidates are told apart by score + blocked_ratio: rays that end on surfaces, and that
+/// got there through free space. `gravity`: the down direction in the sensor frame; `map_down`: in the map
+/// frame. reason kAmbiguous or kLowScore and success false when the answer cannot be trusted.
 RegistrationResult localizeGlobally(Registration& registration, const ScanPoints& points,
                                     const std::optional<Eigen::Vector3d>& gravity,
                                     const Eigen::Vector3d& map_down, const GlobalOptions& options,

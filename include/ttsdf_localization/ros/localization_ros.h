@@ -108,7 +108,8 @@ class LocalizationRos {
 
   const std::string name_;
   ros::NodeHandle node_, private_node_, service_node_;
-  const LocalizationRosOptions options_;  ///< as at the start; what is live is used from the parts that got it
+  const LocalizationRosOptions
+      options_;  ///< as at the start; what is live is used from the parts that got it
   ros::CallbackQueue input_queue_, service_queue_;
 
   tf2_ros::Buffer tf_buffer_;

@@ -40,7 +40,8 @@ class OfflineReport {
   /// Finishes the files. Throws std::runtime_error.
   void close();
 
-  /// Some lines of text: scans, poses, states, times lost, distance, milliseconds. `seconds`: wall time of the run.
+  /// Some lines of text: scans, poses, states, times lost, distance, milliseconds. `seconds`: wall time of
+  /// the run.
   std::string summary(double seconds, int global_localizations) const;
   int scans() const { return scans_; }
   int poses() const { return poses_; }
@@ -51,13 +52,13 @@ class OfflineReport {
   OutputFile trajectory_, statuses_;
   const bool with_times_;
   int scans_ = 0, poses_ = 0, times_lost_ = 0;
-  double distance_ = 0.0;                        ///< along the trajectory [m]
-  std::optional<double> first_stamp_;            ///< [s]
-  double last_stamp_ = 0.0;                      ///< [s]
+  double distance_ = 0.0;              ///< along the trajectory [m]
+  std::optional<double> first_stamp_;  ///< [s]
+  double last_stamp_ = 0.0;            ///< [s]
   std::optional<Eigen::Vector3d> last_position_;
   std::string last_state_;
-  std::map<std::string, int> states_;            ///< scans per state
-  std::vector<double> milliseconds_;             ///< of every registration
+  std::map<std::string, int> states_;  ///< scans per state
+  std::vector<double> milliseconds_;   ///< of every registration
 };
 
 }  // namespace ttsdf

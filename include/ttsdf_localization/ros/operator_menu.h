@@ -1,6 +1,6 @@
 #pragma once
-// A menu and a status text in rviz, as an interactive marker: what an operator does every day without typing service
-// calls. A click on the ball above the robot opens it.
+// A menu and a status text in rviz, as an interactive marker: what an operator does every day without typing
+// service calls. A click on the ball above the robot opens it.
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <interactive_markers/interactive_marker_server.h>

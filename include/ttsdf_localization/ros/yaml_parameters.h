@@ -1,5 +1,6 @@
 #pragma once
-// Parameters from a YAML file, as rosparam would put them on the parameter server: for programs that run without one.
+// Parameters from a YAML file, as rosparam would put them on the parameter server: for programs that run
+// without one.
 
 #include <XmlRpcValue.h>
 

@@ -35,8 +35,8 @@ using SlabSource = std::function<void(int j, Eigen::Ref<Eigen::MatrixXf> slab)>;
 /// Memory: n1^2 + n3^2 doubles and n1 n3 + r1 n2 n3 floats.
 TtSvdResult ttSvd(const Dims& dims, const SlabSource& source, const TtSvdOptions& options);
 
-/// Recompression of a train to lower ranks (same options; `axes` is ignored), without the full array: QR of the
-/// outer cores, then TT-SVD of what is between them (Oseledets 2011, TT-rounding).
+/// Recompression of a train to lower ranks (same options; `axes` is ignored), without the full array: QR of
+/// the outer cores, then TT-SVD of what is between them (Oseledets 2011, TT-rounding).
 TensorTrain round(const TensorTrain& tt, const TtSvdOptions& options);
 
 }  // namespace ttsdf
