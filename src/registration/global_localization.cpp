@@ -81,7 +81,7 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
 
   bool cancelled = false;
   const auto keepGoing = [&](double share) {
-    if (progress && !progress(share)) cancelled = true;
+    if (!cancelled && progress && !progress(share)) cancelled = true;
     return !cancelled && secondsSince(begin) < options.max_seconds;
   };
   DescentOptions wide;
