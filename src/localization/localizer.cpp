@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "../registration/result.h"
 #include "ttsdf_localization/localization/pose_covariance.h"
 
 namespace ttsdf {
@@ -198,8 +197,7 @@ RegistrationResult Localizer::alignNear(const LocalizerScan& scan,
   RegistrationResult far = registration_->align(scan.points, T_map_sensor);
   far.milliseconds += near.milliseconds;
   far.iterations += near.iterations;
-  if (far.success != near.success) return far.success ? far : near;
-  return verdict(far) < verdict(near) ? far : near;
+  return far.score < near.score ? far : near;
 }
 
 Refusal Localizer::examine(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base_prior,

@@ -7,7 +7,6 @@
 #include <sstream>
 #include <utility>
 
-#include "../registration/result.h"
 #include "ttsdf_localization/localization/localizer.h"
 #include "ttsdf_localization/localization/pose_covariance.h"
 
@@ -62,8 +61,8 @@ LocalizationUpdate Localizer::searchAround(const LocalizerScan& scan,
     // Along directions without information every start fits alike: then the one nearest to the prior is
     // right.
     RegistrationResult nearest = tracker_->align(scan.points, T_map_sensor);
-    if (nearest.success && verdict(nearest) <= verdict(result) + kSameScore) result = std::move(nearest);
-    if (best.registered && !(verdict(result) < verdict(best.registration))) continue;
+    if (nearest.success && nearest.score <= result.score + kSameScore) result = std::move(nearest);
+    if (best.registered && !(result.score < best.registration.score)) continue;
     const PoseError jump = poseError(T_map_sensor, result.T_map_sensor);
     const bool near = deviation(result.T_map_sensor, T_map_sensor, covariance) <= kMaxDeviation;
     best.reason = near ? RefusalReason::kNone : RefusalReason::kJump;

@@ -250,8 +250,7 @@ class Registration::Impl {
       result.reason = TerminationReason::kDegenerate;
     } else {
       result.reason = stage.converged ? TerminationReason::kConverged : TerminationReason::kMaxIterations;
-      result.success =
-          result.inlier_ratio >= options_.min_inlier_ratio && result.blocked_ratio <= kMaxBlocked;
+      result.success = result.inlier_ratio >= options_.min_inlier_ratio;
       if (!result.success) result.reason = TerminationReason::kLowScore;
     }
   }
@@ -285,7 +284,6 @@ class Registration::Impl {
   static constexpr double kRestartRotation = 0.15;    // [rad]
   static constexpr std::size_t kRestartsRefined = 3;
   static constexpr int kRays = 100;
-  static constexpr double kMaxBlocked = 0.5;   // more and the scan looks through walls
   static constexpr double kClusterSize = 0.3;  // [m]
 
   std::shared_ptr<const DistanceField> field_;
