@@ -78,8 +78,8 @@ using ScanPoints = Eigen::Matrix3Xf;
 
 class Registration {
  public:
-  /// Shares the field. `far`: its far field if there is one already; if not and `long_range` asks for it, it is
-  /// made (about 1 us per coarse sample). Throws std::invalid_argument for a null field or bad options.
+  /// Shares the field. `far`: its far field if there is one already; if not and `long_range` asks for it, it
+  /// is made (about 1 us per coarse sample). Throws std::invalid_argument for a null field or bad options.
   explicit Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options = {},
                         std::shared_ptr<const DistanceField> far = nullptr);
   ~Registration();
