@@ -6,15 +6,23 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ttsdf_localization/localization/pose_covariance.h"
-
 namespace ttsdf {
 
 namespace {
 constexpr double kNever = -std::numeric_limits<double>::infinity();
 constexpr double kUsualGain = 0.01;
-/// No prior is more certain than this: 1e-4 rad, 1e-4 m.
-const Matrix6d kLeastCovariance = isotropicCovariance(1e-4, 1e-4);
+/// No prior is more certain than this [rad, m]: the map's own errors are the same in every scan.
+const Matrix6d kLeastCovariance = isotropicCovariance(5e-4, 1e-3);
+/// From the sensor's position to the base's, map axes [m].
+Eigen::Vector3d baseFromSensor(const LocalizationUpdate& update) {
+  return update.T_map_base.translation() - update.T_map_sensor.translation();
+}
+
+PoseEstimate atSensor(const LocalizerScan& scan, const Prediction& prior) {
+  const Eigen::Isometry3d T_map_sensor = prior.T_map_base * scan.T_base_sensor;
+  return {T_map_sensor, movedCovariance(prior.covariance + kLeastCovariance,
+                                        T_map_sensor.translation() - prior.T_map_base.translation())};
+}
 }  // namespace
 
 Localizer::Localizer(LocalizerOptions options)
@@ -168,36 +176,42 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
   const std::optional<Prediction> prior = motion_.predict(scan);
   if (!prior) return refuse(scan, {RefusalReason::kNoPrior, "no external prior for this scan"}, update);
 
-  update.registration = alignNear(scan, prior->T_map_base);
+  update.registration = alignNear(scan, *prior);
   update.registered = true;
   Refusal refusal = examine(scan, prior->T_map_base, trackingInliers(), update);
   if (!refusal) refusal = checkJump({update.jump_translation, update.jump_rotation}, options_.gates);
-  if (!refusal) return accept(scan, prior->covariance, update);
+  if (!refusal) return accept(scan, *prior, update);
 
   if (!saysNothing(refusal.reason) && searchDue(scan.stamp, options_.recovery.search_period)) {
     const Prediction spread{prior->T_map_base, isotropicCovariance(options_.search.rotation_sigma,
                                                                    options_.search.translation_sigma)};
     LocalizationUpdate found = searchAround(scan, {spread}, options_.search);
-    if (!judge(found, recoveryInliers())) {
+    if (!judge(found, recoveryInliers()) && found.registration.score < update.registration.score) {
       found.relocalized = true;
       // Near the prior the tracking just goes on; a pose further away has to be confirmed.
-      const bool near = !checkJump({found.jump_translation, found.jump_rotation}, options_.gates);
-      return near ? accept(scan, prior->covariance, found) : place(scan, found);
+      return plausible(scan, *prior, found.registration) ? accept(scan, *prior, found) : place(scan, found);
     }
   }
   return refuse(scan, refusal, update);
 }
 
-RegistrationResult Localizer::alignNear(const LocalizerScan& scan,
-                                        const Eigen::Isometry3d& T_map_base_prior) {
+bool Localizer::plausible(const LocalizerScan& scan, const Prediction& prior,
+                          const RegistrationResult& result) {
+  const PoseEstimate expected = atSensor(scan, prior);
+  return deviation(result.T_map_sensor, expected.T, expected.covariance) <= kMaxDeviation;
+}
+
+RegistrationResult Localizer::alignNear(const LocalizerScan& scan, const Prediction& prior) {
   // The narrow kernels first: they do not see people in front of the map, which pull the wide ones away.
-  const Eigen::Isometry3d T_map_sensor = T_map_base_prior * scan.T_base_sensor;
+  const Eigen::Isometry3d T_map_sensor = prior.T_map_base * scan.T_base_sensor;
   RegistrationResult near = tracker_->align(scan.points, T_map_sensor);
-  if (!checkTermination(near) && !checkFit(near, options_.gates, trackingInliers())) return near;
+  Refusal refusal = checkTermination(near);
+  if (!refusal) refusal = checkFit(near, options_.gates, trackingInliers());
+  if (!refusal || saysNothing(refusal.reason)) return near;
   RegistrationResult far = registration_->align(scan.points, T_map_sensor);
   far.milliseconds += near.milliseconds;
   far.iterations += near.iterations;
-  return far.score < near.score ? far : near;
+  return far.score < near.score && plausible(scan, prior, far) ? far : near;
 }
 
 Refusal Localizer::examine(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base_prior,
@@ -210,10 +224,13 @@ Refusal Localizer::examine(const LocalizerScan& scan, const Eigen::Isometry3d& T
   return checkFit(result, options_.gates, min_inlier_ratio);
 }
 
-LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Matrix6d& prior_covariance,
+LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction& prior,
                                      LocalizationUpdate& update) {
-  fillPose(scan, prior_covariance, update);
-  motion_.correct(scan, update.T_map_base, update.covariance);
+  const PoseEstimate before = atSensor(scan, prior);
+  const RegistrationResult& result = update.registration;
+  const PoseEstimate after = fused(before, {result.T_map_sensor, result.covariance});
+  fillPose(scan, {after.T, withPriorInWeakDirections(result.covariance, before.covariance, 6)}, update);
+  motion_.correct(scan, update.T_map_base, movedCovariance(after.covariance, baseFromSensor(update)));
   refused_in_row_ = 0;
   if (confirmations_left_ > 0 && --confirmations_left_ > 0) {
     update.message = "confirming the pose found";
@@ -224,7 +241,9 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Matrix6d& 
 
 LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdate& update) {
   const auto& search = options_.search;
-  fillPose(scan, isotropicCovariance(search.rotation_sigma, search.translation_sigma), update);
+  const Matrix6d spread = isotropicCovariance(search.rotation_sigma, search.translation_sigma);
+  const RegistrationResult& result = update.registration;
+  fillPose(scan, {result.T_map_sensor, withPriorInWeakDirections(result.covariance, spread, 6)}, update);
   update.relocalized = true;
   motion_.place(scan, update.T_map_base, update.covariance);
   guesses_.clear();
@@ -293,6 +312,12 @@ double Localizer::recoveryInliers() const {
                   options_.gates.recovery_relative_inliers * usual_inliers_);
 }
 
+GateOptions Localizer::recoveryGates() const {
+  GateOptions gates = options_.gates;
+  gates.max_unmapped_ratio = gates.recovery_unmapped_ratio;
+  return gates;
+}
+
 GlobalJob Localizer::beginGlobal(const LocalizerScan& scan, const std::optional<Eigen::Vector3d>& gravity) {
   if (!hasMap()) throw std::logic_error("global localization: no map");
   if (state_ == LocalizerState::kTracking || state_ == LocalizerState::kDegraded) searches_done_ = 0;
@@ -316,7 +341,7 @@ LocalizationUpdate Localizer::finishGlobal(const GlobalJob& job) {
   update.registration = job.result();
   update.registered = true;
   Refusal refusal = checkTermination(job.result());
-  if (!refusal) refusal = checkFit(job.result(), options_.gates, options_.gates.recovery_inlier_ratio);
+  if (!refusal) refusal = checkFit(job.result(), recoveryGates(), options_.gates.recovery_inlier_ratio);
   if (!refusal) {
     PoseGuess guess{job.T_map_base(),
                     isotropicCovariance(0.02, 0.05),
@@ -351,16 +376,10 @@ LocalizationUpdate Localizer::blank(const LocalizerScan& scan) const {
   return update;
 }
 
-void Localizer::fillPose(const LocalizerScan& scan, const Matrix6d& prior_covariance,
-                         LocalizationUpdate& update) const {
-  const RegistrationResult& result = update.registration;
-  update.T_map_sensor = result.T_map_sensor;
-  update.T_map_base = result.T_map_sensor * scan.T_base_sensor.inverse();
-  const Eigen::Vector3d base_to_sensor = update.T_map_sensor.translation() - update.T_map_base.translation();
-  const Matrix6d at_sensor = withPriorInWeakDirections(
-      result.covariance, movedCovariance(prior_covariance + kLeastCovariance, base_to_sensor),
-      result.weak_directions);
-  const Matrix6d at_base = movedCovariance(at_sensor, -base_to_sensor);
+void Localizer::fillPose(const LocalizerScan& scan, const PoseEstimate& sensor, LocalizationUpdate& update) {
+  update.T_map_sensor = sensor.T;
+  update.T_map_base = sensor.T * scan.T_base_sensor.inverse();
+  const Matrix6d at_base = movedCovariance(sensor.covariance, baseFromSensor(update));
   update.covariance = 0.5 * (at_base + at_base.transpose());
 }
 

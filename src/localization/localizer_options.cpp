@@ -31,6 +31,8 @@ const OptionTable<GateOptions>& gateOptionTable() {
                "The same after a search near the last pose: a wrong place fits worse than the right one did.")
           .add("max_unmapped_ratio", &O::max_unmapped_ratio, 0.0, 1.0, "",
                "Largest share of points outside the map or in unknown space.")
+          .add("recovery_unmapped_ratio", &O::recovery_unmapped_ratio, 0.0, 1.0, "",
+               "The same after a search: a place found has to explain the scan")
           .add("max_jump_translation", &O::max_jump_translation, 0.0, 100.0, "m",
                "Largest distance of a tracked pose from its prior.")
           .add("max_jump_rotation", &O::max_jump_rotation, 0.0, 3.15, "rad",

@@ -19,17 +19,6 @@ constexpr double kMaxSearchRotation = 0.6;     // [rad]
 /// Scores that differ by less are equally good.
 constexpr double kSameScore = 0.01;
 
-/// Mahalanobis distance above which a pose found has nothing to do with the prior: 99.97 % of six normal
-/// variables.
-constexpr double kMaxDeviation = 5.0;
-
-double deviation(const Eigen::Isometry3d& T, const Eigen::Isometry3d& T_prior, const Matrix6d& covariance) {
-  Vector6d xi;
-  xi << logSo3(T.linear() * T_prior.linear().transpose()), T.translation() - T_prior.translation();
-  const Matrix6d spread = covariance + isotropicCovariance(0.02, 0.05);  // nobody points more exactly
-  return std::sqrt(std::max(0.0, xi.dot(spread.ldlt().solve(xi))));
-}
-
 std::string figures(const PoseError& jump) {
   std::ostringstream text;
   text << std::setprecision(2) << jump.translation << " m, " << jump.rotation << " rad";
@@ -130,7 +119,7 @@ LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
 Refusal Localizer::judge(const LocalizationUpdate& found, double min_inlier_ratio) const {
   if (!found.registered) return {RefusalReason::kNoPrior, "no pose to search around"};
   if (Refusal refusal = checkTermination(found.registration)) return refusal;
-  if (Refusal refusal = checkFit(found.registration, options_.gates, min_inlier_ratio)) return refusal;
+  if (Refusal refusal = checkFit(found.registration, recoveryGates(), min_inlier_ratio)) return refusal;
   return {found.reason, found.message};  // too far from what was asked for
 }
 

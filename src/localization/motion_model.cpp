@@ -32,8 +32,10 @@ Matrix6d MotionModel::velocityNoise(double seconds) const {
 std::optional<Prediction> MotionModel::predict(const LocalizerScan& scan) const {
   if (options_.prior == "external") {
     if (!scan.T_map_base_prior) return std::nullopt;
-    const Matrix6d covariance = last_ ? last_->covariance : Matrix6d(Matrix6d::Zero());
-    return Prediction{*scan.T_map_base_prior, covariance};
+    // Nobody says how good it is: as without odometry.
+    const double seconds = last_ ? scan.stamp - last_->stamp : options_.max_extrapolation;
+    const Matrix6d known = last_ ? last_->covariance : Matrix6d(Matrix6d::Zero());
+    return Prediction{*scan.T_map_base_prior, known + velocityNoise(seconds)};
   }
   if (!last_) return std::nullopt;
   if (options_.prior == "odometry" && scan.T_odom_base && last_->T_odom_base) {

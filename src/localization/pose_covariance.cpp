@@ -1,6 +1,9 @@
 #include "ttsdf_localization/localization/pose_covariance.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 
 namespace ttsdf {
 
@@ -16,6 +19,33 @@ Matrix6d isotropicCovariance(double rotation_sigma, double translation_sigma) {
   variances << Eigen::Vector3d::Constant(rotation_sigma * rotation_sigma),
       Eigen::Vector3d::Constant(translation_sigma * translation_sigma);
   return variances.asDiagonal();
+}
+
+double deviation(const Eigen::Isometry3d& T, const Eigen::Isometry3d& T_prior, const Matrix6d& covariance) {
+  Vector6d xi;
+  xi << logSo3(T.linear() * T_prior.linear().transpose()), T.translation() - T_prior.translation();
+  const Matrix6d spread = covariance + isotropicCovariance(0.02, 0.05);  // nobody points more exactly
+  return std::sqrt(std::max(0.0, xi.dot(spread.ldlt().solve(xi))));
+}
+
+PoseEstimate fused(const PoseEstimate& prior, const PoseEstimate& measured) {
+  constexpr double kChance = 22.5;  // 99.9 % quantile of the chi-squared distribution of 6 degrees of freedom
+  Vector6d xi;
+  xi << logSo3(measured.T.linear() * prior.T.linear().transpose()),
+      measured.T.translation() - prior.T.translation();
+  const Matrix6d sum = prior.covariance + measured.covariance;
+  const double deviation = xi.dot(sum.ldlt().solve(xi));
+  const Matrix6d P = prior.covariance * std::max(1.0, deviation / kChance);
+  const Matrix6d gain = (P + measured.covariance).ldlt().solve(P).transpose();
+  const Vector6d step = gain * xi;
+  if (!step.allFinite()) return measured;
+  PoseEstimate result;
+  result.T.linear() =
+      Eigen::Quaterniond(expSo3(step.head<3>()) * prior.T.linear()).normalized().toRotationMatrix();
+  result.T.translation() = prior.T.translation() + step.tail<3>();
+  const Matrix6d rest = Matrix6d::Identity() - gain;  // Joseph's form stays positive definite
+  result.covariance = rest * P * rest.transpose() + gain * measured.covariance * gain.transpose();
+  return result;
 }
 
 Matrix6d withPriorInWeakDirections(const Matrix6d& measured, const Matrix6d& prior, int weak) {

@@ -10,7 +10,8 @@ namespace ttsdf {
 namespace {
 
 constexpr int kChunkPoints = 256;
-constexpr int kLanes = 16;         // partial sums kept apart: vectorisable without reordering
+constexpr int kLanes = 16;  // partial sums kept apart: vectorisable without reordering
+constexpr float kNever = 1e30f;
 constexpr int kSums = 21 + 6 + 5;  // H, g, cost, score, inlier squares, weight, squares
 
 struct Chunk {
@@ -23,6 +24,7 @@ struct Chunk {
   alignas(64) float inlier[kChunkPoints], valid[kChunkPoints];
   const float* trust;  // of the points, by range
   alignas(64) float jacobian[6][kChunkPoints];
+  float ray[3];  // from the sensor to the pivot, map frame
 };
 
 struct Pose {
@@ -49,13 +51,24 @@ struct KernelConstants {
   float inlier2;  // squared inlier distance
   float score2;   // squared scale of the score
   float limit;    // 1: limit the gradient to unit length
+  float facing;   // squared cosine between ray and gradient above which a surface is seen from behind
+  float deep;     // value below which a point is deep inside matter
 };
+
+/// 1 where the surface next to a point may be what the sensor saw. The gradient points to the free side, so a
+/// ray along it would have come through matter; deep inside it has to point to the sensor.
+inline float facesSensor(const Chunk& c, int n, const KernelConstants& k) {
+  const float rx = c.lx[n] + c.ray[0], ry = c.ly[n] + c.ray[1], rz = c.lz[n] + c.ray[2];
+  const float along = rx * c.gx[n] + ry * c.gy[n] + rz * c.gz[n];
+  const float most = (c.value[n] < k.deep ? -k.facing : k.facing) * (rx * rx + ry * ry + rz * rz);
+  return along * __builtin_fabsf(along) > most ? 0.0f : 1.0f;
+}
 
 /// Residuals, weights and Jacobian rows J = grad^T [-x^ | I] (x relative to the pivot); zero for points that
 /// say nothing.
 TTSDF_VECTORIZE void residualChunk(Chunk& c, const KernelConstants& k) {
   for (int n = 0; n < c.size; ++n) {
-    const float valid = c.state[n] == PointState::kValid ? 1.0f : 0.0f;
+    const float valid = c.state[n] == PointState::kValid ? facesSensor(c, n, k) : 0.0f;
     const float r = c.value[n], r2 = r * r;
     const float q = k.scale2 / (r2 + k.scale2);
     c.valid[n] = valid;
@@ -122,8 +135,8 @@ void addChunk(const Chunk& chunk, const float (*sums)[kLanes], double* total, No
     total[s] += static_cast<double>(lanes);
   }
   for (int n = 0; n < chunk.size; ++n) {
-    out.valid += chunk.state[n] == PointState::kValid ? 1 : 0;
-    out.unknown += chunk.state[n] == PointState::kUnknown ? 1 : 0;
+    out.valid += chunk.valid[n] > 0.0f ? 1 : 0;
+    out.outside += chunk.state[n] == PointState::kOutside ? 1 : 0;
     out.inliers += chunk.inlier[n] > 0.0f ? 1 : 0;
   }
 }
@@ -134,11 +147,17 @@ NormalEquations linearize(const DistanceField& field, const ScanBuffer& scan, in
                           const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model) {
   const Pose pose = toPose(T_map_sensor, scan.centroid());
   const auto squared = [](double v) { return static_cast<float>(v * v); };
-  const KernelConstants constants{squared(model.scale), model.robust ? 1.0f : 0.0f,
-                                  squared(model.inlier_distance), squared(model.score_scale),
-                                  model.limit_gradient ? 1.0f : 0.0f};
+  const KernelConstants constants{squared(model.scale),
+                                  model.robust ? 1.0f : 0.0f,
+                                  squared(model.inlier_distance),
+                                  squared(model.score_scale),
+                                  model.limit_gradient ? 1.0f : 0.0f,
+                                  model.check_facing ? squared(kBehindCosine) : kNever,
+                                  model.check_facing ? static_cast<float>(-kDeepInside) : -kNever};
   NormalEquations out;
   Chunk chunk;
+  const Eigen::Vector3d ray = T_map_sensor.linear() * scan.centroid();
+  for (int axis = 0; axis < 3; ++axis) chunk.ray[axis] = static_cast<float>(ray[axis]);
   double total[kSums] = {};
   for (int begin = 0; begin < count; begin += kChunkPoints) {
     chunk.size = std::min(kChunkPoints, count - begin);
@@ -158,7 +177,7 @@ NormalEquations linearize(const DistanceField& field, const ScanBuffer& scan, in
   }
   out.cost = total[27], out.score = total[28], out.inlier_squares = total[29], out.weight = total[30];
   out.squares = total[31];
-  out.outside = count - out.valid - out.unknown;
+  out.unknown = count - out.valid - out.outside;
   return out;
 }
 

@@ -17,7 +17,19 @@ struct ResidualModel {
   double inlier_distance = 0.05;  ///< [m]
   double score_scale = 0.03;      ///< of the score [m]
   bool limit_gradient = true;     ///< to unit length: |grad SDF| = 1 by definition, longer ones are artefacts
+  /// Points next to a surface that turns its back on the sensor count as unknown: the scan sees something
+  /// else there, as the other face of a thin wall that was mapped from one side only. Signed fields only.
+  bool check_facing = false;
 };
+
+/// Cosine between ray and gradient above which a surface is seen from behind.
+constexpr double kBehindCosine = 0.3;
+/// Deeper inside matter than this [m], a point counts only if the gradient pulls it out towards the sensor.
+constexpr double kDeepInside = 0.05;
+/// `value` of a point [m], cosine between its ray and its gradient.
+inline bool seenFromBehind(double value, double cosine) {
+  return cosine > (value < -kDeepInside ? -kBehindCosine : kBehindCosine);
+}
 
 /// Twist [rotation; translation] about the scan's centroid in the map frame.
 struct NormalEquations {

@@ -63,6 +63,10 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
                "A direction with less of the information keeps the prior and is reported as weak")
           .add("weak_sigma", &O::weak_sigma, 0.01, 100.0, "m",
                "Standard deviation reported for weak directions")
+          .add("check_facing", &O::check_facing,
+               "Points behind a mapped surface, as the scan sees it, carry no information; needs scans taken "
+               "from "
+               "the origin of their frame")
           .add("long_range", &O::long_range,
                "Pull scans in by a coarse distance field made when the map is loaded")
           .add("restarts", &O::restarts, 0, 1000, "",
@@ -72,6 +76,35 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
           .add("max_points", &O::max_points, 6, 10000000, "", "More points are sub-sampled evenly");
   return table;
 }
+
+namespace {
+
+/// Whether surfaces have an inside: fields made from occupied cells are positive on both sides, and tell
+/// nothing about which one a scan sees.
+bool hasInside(const DistanceField& field) {
+  constexpr int kAlong = 24;  // samples per axis
+  constexpr double kNearVoxels = 3.0, kShare = 0.1;
+  const GridGeometry& g = field.geometry();
+  Eigen::Matrix3Xf points(3, kAlong * kAlong * kAlong);
+  for (int n = 0; n < points.cols(); ++n) {
+    const Eigen::Vector3d share(n % kAlong, n / kAlong % kAlong, n / kAlong / kAlong);
+    points.col(n) = g.samplePosition((share.array() + 0.5) / kAlong * (g.dims.cast<double>().array() - 1.0))
+                        .cast<float>();
+  }
+  const FieldSamples samples = field.evaluate(points);
+  const auto reach = static_cast<float>(kNearVoxels * g.voxel_size);
+  int near = 0, inside = 0;
+  for (int n = 0; n < points.cols(); ++n) {
+    if (samples.states[static_cast<std::size_t>(n)] != PointState::kValid ||
+        std::abs(samples.values[n]) > reach)
+      continue;
+    ++near;
+    inside += samples.values[n] < 0.0f ? 1 : 0;
+  }
+  return inside >= kShare * near;
+}
+
+}  // namespace
 
 class Registration::Impl {
  public:
@@ -85,6 +118,7 @@ class Registration::Impl {
           "registration: got kernel_scale_end " + std::to_string(options_.kernel_scale_end) +
           " m, wanted at most kernel_scale_start (" + std::to_string(options_.kernel_scale_start) + " m)");
     }
+    facing_ = options_.check_facing && options_.method == "robust" && hasInside(*field_);
     const bool wanted = options_.long_range && options_.method == "robust";
     if (wanted && !long_range_) long_range_ = makeLongRangeField(*field_);
     pulls_in_ = wanted && long_range_;
@@ -133,6 +167,7 @@ class Registration::Impl {
     ResidualModel m;
     m.scale = scale;
     m.inlier_distance = options_.inlier_distance;
+    m.check_facing = facing_;
     return m;
   }
 
@@ -219,8 +254,7 @@ class Registration::Impl {
   /// Descends in the far field; returns the iterations. The widest kernel is a few times the residual of the
   /// start.
   int pullIn(Eigen::Isometry3d& T) {
-    const NormalEquations start =
-        linearize(*long_range_, coarse_, coarse_.size(), T, model(options_.kernel_scale_end));
+    const NormalEquations start = linearize(*long_range_, coarse_, coarse_.size(), T, ResidualModel());
     if (start.valid == 0) return 1;
     const double widest =
         std::min(options_.kernel_scale_start, kScalePerRms * std::sqrt(start.squares / start.valid));
@@ -289,6 +323,7 @@ class Registration::Impl {
   std::shared_ptr<const DistanceField> field_;
   std::shared_ptr<const DistanceField> long_range_;
   bool pulls_in_ = false;
+  bool facing_ = false;
   RegistrationOptions options_;
   ScanBuffer scan_, coarse_;
   DescentOptions descent_;

@@ -13,6 +13,7 @@ namespace {
 // Errors are correlated within a cluster, so more points than this say nothing more about the spread of
 // clusters.
 constexpr int kPoints = 1200;
+constexpr double kGradientNoise = 0.002;  // share of the information that a direction along flat walls shows
 
 /// Score vectors w r J of the valid points with the key of the cell they fall into, sorted by cell.
 struct ClusteredScore {
@@ -43,6 +44,8 @@ std::vector<ClusteredScore> scores(const DistanceField& field, const ScanBuffer&
     const double q = model.scale * model.scale / (r * r + model.scale * model.scale);
     const double weight = static_cast<double>(scan.weight()[n]) * (model.robust ? q * q : 1.0);
     Eigen::Vector3d gradient = samples.gradients.col(n).cast<double>();
+    const Eigen::Vector3d ray = points.col(n).cast<double>() - T_map_sensor.translation();
+    if (model.check_facing && seenFromBehind(r, gradient.dot(ray) / std::max(ray.norm(), 1e-6))) continue;
     if (gradient.norm() > 1.0) gradient.normalize();
     Vector6d J;
     J << lever.col(n).cast<double>().cross(gradient), gradient;
@@ -80,7 +83,9 @@ Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
   B *= static_cast<double>(clusters) / std::max(1, clusters - 6);
   Vector6d inverse = Vector6d::Zero();
   for (int d = 0; d < 6; ++d) {
-    if (info.share[d] >= weak_threshold) inverse[d] = 1.0 / (info.share[d] * equations.weight);
+    // What the noise of the map's gradients shows says nothing.
+    const double share = std::max(info.share[d] - kGradientNoise, 0.1 * kGradientNoise);
+    if (info.share[d] >= weak_threshold) inverse[d] = 1.0 / (share * equations.weight);
   }
   Matrix6d scaled = inverse.asDiagonal() * B * inverse.asDiagonal();
   for (int d = 0; d < 6; ++d) {

@@ -20,6 +20,7 @@
 #include "ttsdf_localization/localization/localization_types.h"
 #include "ttsdf_localization/localization/localizer_options.h"
 #include "ttsdf_localization/localization/motion_model.h"
+#include "ttsdf_localization/localization/pose_covariance.h"
 
 namespace ttsdf {
 
@@ -101,9 +102,10 @@ class Localizer {
   // localizer.cpp: a scan's way.
   LocalizationUpdate handle(const LocalizerScan& scan);
   LocalizationUpdate track(const LocalizerScan& scan);
-  RegistrationResult alignNear(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base_prior);
-  LocalizationUpdate accept(const LocalizerScan& scan, const Matrix6d& prior_covariance,
-                            LocalizationUpdate& update);
+  RegistrationResult alignNear(const LocalizerScan& scan, const Prediction& prior);
+  /// Whether the prior may be meant by this pose; if not, the pose has to be confirmed by further scans.
+  static bool plausible(const LocalizerScan& scan, const Prediction& prior, const RegistrationResult& result);
+  LocalizationUpdate accept(const LocalizerScan& scan, const Prediction& prior, LocalizationUpdate& update);
   LocalizationUpdate place(const LocalizerScan& scan, LocalizationUpdate& update);
   LocalizationUpdate believe(const LocalizerScan& scan, LocalizationUpdate& update);
   LocalizationUpdate refuse(const LocalizerScan& scan, const Refusal& refusal, LocalizationUpdate& update);
@@ -113,9 +115,9 @@ class Localizer {
   /// Least inlier ratio while tracking, and after a search near the last pose.
   double trackingInliers() const;
   double recoveryInliers() const;
+  GateOptions recoveryGates() const;
   LocalizationUpdate blank(const LocalizerScan& scan) const;
-  void fillPose(const LocalizerScan& scan, const Matrix6d& prior_covariance,
-                LocalizationUpdate& update) const;
+  static void fillPose(const LocalizerScan& scan, const PoseEstimate& sensor, LocalizationUpdate& update);
   LocalizationUpdate finish(LocalizationUpdate& update) const;
 
   // localizer_recovery.cpp: the way back.

@@ -19,9 +19,10 @@ struct GateOptions {
   double recovery_relative_inliers =
       0.9;                           ///< the same after a search near the last pose: a wrong place fits worse
   double max_unmapped_ratio = 0.85;  ///< points outside the map or in unknown space / points
-  double max_jump_translation = 0.5;  ///< pose against its prior [m]
-  double max_jump_rotation = 0.35;    ///< [rad]
-  int max_weak_directions = 3;        ///< one wall or a floor leaves 3, a corridor 1
+  double recovery_unmapped_ratio = 0.6;  ///< the same after a search: a place has to explain the scan
+  double max_jump_translation = 0.5;     ///< pose against its prior [m]
+  double max_jump_rotation = 0.35;       ///< [rad]
+  int max_weak_directions = 3;           ///< one wall or a floor leaves 3, a corridor 1
 };
 const OptionTable<GateOptions>& gateOptionTable();
 

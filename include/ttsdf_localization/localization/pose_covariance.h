@@ -13,6 +13,23 @@ Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Vector3d& offs
 /// Diagonal covariance from standard deviations.
 Matrix6d isotropicCovariance(double rotation_sigma, double translation_sigma);
 
+/// Mahalanobis distance between a pose and a prior, whose standard deviations are at least 0.02 rad and 5 cm:
+/// nobody points more exactly.
+double deviation(const Eigen::Isometry3d& T, const Eigen::Isometry3d& T_prior, const Matrix6d& covariance);
+/// Above this a pose has nothing to do with the prior: 99.97 % of six normal variables.
+constexpr double kMaxDeviation = 5.0;
+
+/// A pose and how well it is known.
+struct PoseEstimate {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+/// The most likely pose of two independent estimates of it (product of normal distributions, i.e. a Kalman
+/// update): the prior counts along directions in which the measurement says little. A prior that contradicts
+/// the measurement beyond chance (99.9 %) is trusted less, as after slipping wheels.
+PoseEstimate fused(const PoseEstimate& prior, const PoseEstimate& measured);
+
 /// Keeps `measured` but for its `weak` weakest directions (those where it is largest compared with `prior`),
 /// in which nothing better than the prior is known. Both positive definite; independent of units and of the
 /// point they are about.

@@ -40,6 +40,7 @@ struct RegistrationOptions {
   double weak_threshold =
       0.01;                 ///< directions with less information keep the prior (and are reported as weak)
   double weak_sigma = 1.0;  ///< standard deviation reported for them [m] (rotation: over the scan's radius)
+  bool check_facing = true;  ///< points behind a mapped surface, as the scan sees it, carry no information
   bool long_range = true;   ///< pull scans in by a coarse distance field made from the map when it is loaded
   int restarts = 32;  ///< further starts around the prior when the first one explains the scan badly ...
   double restart_score = 0.25;  ///< ... that is, with a score above this; 0 restarts: one start only
