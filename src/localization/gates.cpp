@@ -1,5 +1,6 @@
 #include "ttsdf_localization/localization/gates.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -20,9 +21,11 @@ Refusal checkTermination(const RegistrationResult& result) {
     case TerminationReason::kTooFewPoints:
       return {RefusalReason::kTooFewPoints, format("only %d usable points in the scan", result.points)};
     case TerminationReason::kOutsideMap:
-      return {RefusalReason::kOutsideMap,
-              format("%.0f %% of the points lie outside the map, %.0f %% in unknown space",
-                     100.0 * result.outside_ratio, 100.0 * result.unknown_ratio)};
+      return {
+          RefusalReason::kOutsideMap,
+          format(
+              "%.0f %% of the points lie outside the map, %.0f %% in unknown space, %.0f %% behind surfaces",
+              100.0 * result.outside_ratio, 100.0 * result.unknown_ratio, 100.0 * result.behind_ratio)};
     case TerminationReason::kDegenerate:
       return {RefusalReason::kDegenerate, "the scan does not fix the pose"};
     case TerminationReason::kAmbiguous:
@@ -42,11 +45,11 @@ Refusal checkTermination(const RegistrationResult& result) {
 }
 
 Refusal checkFit(const RegistrationResult& result, const GateOptions& options, double min_inlier_ratio) {
-  const double unmapped = result.outside_ratio + result.unknown_ratio;
+  const double unmapped = result.outside_ratio + result.unknown_ratio + result.behind_ratio;
   // Written so that NaN is refused.
   if (!(unmapped <= options.max_unmapped_ratio)) {
     return {RefusalReason::kOutsideMap,
-            format("%.0f %% of the points lie outside the map or in unknown space, at most "
+            format("%.0f %% of the points lie outside the map, in unknown space or behind surfaces, at most "
                    "%.0f %% allowed (max_unmapped_ratio)",
                    100.0 * unmapped, 100.0 * options.max_unmapped_ratio)};
   }
@@ -66,6 +69,18 @@ Refusal checkFit(const RegistrationResult& result, const GateOptions& options, d
   if (!result.T_map_sensor.matrix().allFinite())
     return {RefusalReason::kNotConverged, "the pose is not finite"};
   return {};
+}
+
+Refusal checkFitAfterSearch(const RegistrationResult& result, const GateOptions& options,
+                            double min_inlier_ratio) {
+  GateOptions gates = options;
+  gates.max_unmapped_ratio = std::min(options.max_unmapped_ratio, options.recovery_unmapped_ratio);
+  if (Refusal refusal = checkFit(result, gates, min_inlier_ratio)) return refusal;
+  if (result.behind_ratio <= options.recovery_behind_ratio) return {};
+  return {RefusalReason::kInliers,
+          format("%.0f %% of the points lie behind mapped surfaces, at most %.0f %% allowed "
+                 "(recovery_behind_ratio)",
+                 100.0 * result.behind_ratio, 100.0 * options.recovery_behind_ratio)};
 }
 
 Refusal checkJump(const PoseError& jump, const GateOptions& options) {

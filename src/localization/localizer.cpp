@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -11,6 +12,7 @@ namespace ttsdf {
 namespace {
 constexpr double kNever = -std::numeric_limits<double>::infinity();
 constexpr double kUsualGain = 0.01;
+constexpr double kLeap = 2.0;  // standard deviations from the prior beyond which a pose must fit very well
 /// No prior is more certain than this [rad, m]: the map's own errors are the same in every scan.
 const Matrix6d kLeastCovariance = isotropicCovariance(5e-4, 1e-3);
 /// From the sensor's position to the base's, map axes [m].
@@ -29,6 +31,8 @@ Localizer::Localizer(LocalizerOptions options)
     : options_(std::move(options)),
       motion_(options_.motion),
       last_stamp_(kNever),
+      last_silent_stamp_(kNever),
+      confirmed_from_(kNever),
       last_search_stamp_(kNever),
       last_global_stamp_(kNever) {
   validate(options_);
@@ -82,7 +86,7 @@ void Localizer::setGuess(PoseGuess guess) {
   start_guess_ = guess;
   guesses_.assign(1, std::move(guess));
   guess_attempts_ = 0;
-  confirmations_left_ = 0;
+  stopConfirming();
   globals_done_ = 0;
   last_search_stamp_ = kNever;
   global_running_ = false;
@@ -96,8 +100,9 @@ void Localizer::reset() {
   usual_inliers_ = 0.0;
   guesses_.clear();
   start_guess_.reset();
-  guess_attempts_ = confirmations_left_ = refused_in_row_ = searches_done_ = globals_done_ = 0;
-  last_stamp_ = last_search_stamp_ = last_global_stamp_ = kNever;
+  stopConfirming();
+  guess_attempts_ = refused_in_row_ = searches_done_ = globals_done_ = 0;
+  last_stamp_ = last_silent_stamp_ = last_search_stamp_ = last_global_stamp_ = kNever;
   state_ = hasMap() ? LocalizerState::kWaitingForPose : LocalizerState::kNoMap;
 }
 
@@ -180,25 +185,37 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
   update.registered = true;
   Refusal refusal = examine(scan, prior->T_map_base, trackingInliers(), update);
   if (!refusal) refusal = checkJump({update.jump_translation, update.jump_rotation}, options_.gates);
+  if (!refusal) refusal = checkPlausible(scan, *prior, update.registration);
   if (!refusal) return accept(scan, *prior, update);
 
   if (!saysNothing(refusal.reason) && searchDue(scan.stamp, options_.recovery.search_period)) {
-    const Prediction spread{prior->T_map_base, isotropicCovariance(options_.search.rotation_sigma,
-                                                                   options_.search.translation_sigma)};
+    const Prediction spread{prior->T_map_base,
+                            prior->covariance + isotropicCovariance(options_.search.rotation_sigma,
+                                                                    options_.search.translation_sigma)};
     LocalizationUpdate found = searchAround(scan, {spread}, options_.search);
-    if (!judge(found, recoveryInliers()) && found.registration.score < update.registration.score) {
+    // Places further away are for those who are lost.
+    if (!judge(found, recoveryInliers()) && found.registration.score < update.registration.score &&
+        !checkPlausible(scan, *prior, found.registration)) {
       found.relocalized = true;
-      // Near the prior the tracking just goes on; a pose further away has to be confirmed.
-      return plausible(scan, *prior, found.registration) ? accept(scan, *prior, found) : place(scan, found);
+      return accept(scan, *prior, found);
     }
   }
   return refuse(scan, refusal, update);
 }
 
-bool Localizer::plausible(const LocalizerScan& scan, const Prediction& prior,
-                          const RegistrationResult& result) {
+Refusal Localizer::checkPlausible(const LocalizerScan& scan, const Prediction& prior,
+                                  const RegistrationResult& result) const {
   const PoseEstimate expected = atSensor(scan, prior);
-  return deviation(result.T_map_sensor, expected.T, expected.covariance) <= kMaxDeviation;
+  const double sigmas = deviation(result.T_map_sensor, expected.T, expected.covariance + result.covariance);
+  if (sigmas <= kLeap) return {};
+  // What the motion does not explain, the scan has to.
+  if (sigmas <= kMaxDeviation) return checkFitAfterSearch(result, options_.gates, recoveryInliers());
+  const PoseError jump = poseError(expected.T, result.T_map_sensor);
+  char text[128];
+  std::snprintf(text, sizeof(text),
+                "%.2f m and %.2f rad from the prior: %.1f standard deviations, at most %.0f allowed",
+                jump.translation, jump.rotation, sigmas, kMaxDeviation);
+  return {RefusalReason::kJump, text};
 }
 
 RegistrationResult Localizer::alignNear(const LocalizerScan& scan, const Prediction& prior) {
@@ -211,7 +228,7 @@ RegistrationResult Localizer::alignNear(const LocalizerScan& scan, const Predict
   RegistrationResult far = registration_->align(scan.points, T_map_sensor);
   far.milliseconds += near.milliseconds;
   far.iterations += near.iterations;
-  return far.score < near.score && plausible(scan, prior, far) ? far : near;
+  return far.score < near.score && !checkPlausible(scan, prior, far) ? far : near;
 }
 
 Refusal Localizer::examine(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base_prior,
@@ -232,14 +249,16 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   fillPose(scan, {after.T, withPriorInWeakDirections(result.covariance, before.covariance, 6)}, update);
   motion_.correct(scan, update.T_map_base, movedCovariance(after.covariance, baseFromSensor(update)));
   refused_in_row_ = 0;
-  if (confirmations_left_ > 0 && --confirmations_left_ > 0) {
+  confirmations_left_ = std::max(0, confirmations_left_ - 1);
+  if (confirmations_left_ > 0 || scan.stamp < confirmed_from_) {
     update.message = "confirming the pose found";
     return finish(update);
   }
+  confirmed_from_ = kNever;
   return believe(scan, update);
 }
 
-LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdate& update) {
+LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdate& update, double seconds) {
   const auto& search = options_.search;
   const Matrix6d spread = isotropicCovariance(search.rotation_sigma, search.translation_sigma);
   const RegistrationResult& result = update.registration;
@@ -249,7 +268,8 @@ LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdat
   guesses_.clear();
   guess_attempts_ = refused_in_row_ = 0;
   confirmations_left_ = options_.recovery.confirmation_scans;
-  if (confirmations_left_ == 0) return believe(scan, update);
+  confirmed_from_ = seconds > 0.0 ? scan.stamp + seconds : kNever;
+  if (!confirming()) return believe(scan, update);
   state_ = LocalizerState::kRelocalizing;
   update.message = "confirming the pose found";
   return finish(update);
@@ -276,22 +296,34 @@ LocalizationUpdate Localizer::refuse(const LocalizerScan& scan, const Refusal& r
   update.reason = refusal.reason;
   update.message = refusal.message;
   ++refused_in_row_;
-  if (confirmations_left_ > 0) {
-    confirmations_left_ = 0;
+  if (confirming()) {
+    stopConfirming();
     becomeLost(searches_done_);
     update.message = "the pose found was not confirmed: " + refusal.message;
     return finish(update);
   }
-  const bool coasts = saysNothing(refusal.reason) && scan.T_odom_base;
-  const double limit = coasts ? options_.recovery.coast_seconds : options_.recovery.lost_after_seconds;
-  const bool lost =
-      refused_in_row_ >= options_.recovery.lost_after_scans && scan.stamp - motion_.lastStamp() >= limit;
+  // A scan that says nothing does not speak against the odometry, and interrupts those that do.
+  const auto& recovery = options_.recovery;
+  const bool silent = saysNothing(refusal.reason) && scan.T_odom_base;
+  if (silent) last_silent_stamp_ = scan.stamp;
+  const double since_good = scan.stamp - motion_.lastStamp();
+  const double contradicted = std::min(since_good, scan.stamp - last_silent_stamp_);
+  const bool lost = refused_in_row_ >= recovery.lost_after_scans &&
+                    (since_good >= std::max(recovery.coast_seconds, recovery.lost_after_seconds) ||
+                     (!silent && contradicted >= recovery.lost_after_seconds));
   if (lost) {
     becomeLost(0);
   } else {
     state_ = LocalizerState::kDegraded;
   }
   return finish(update);
+}
+
+bool Localizer::confirming() const { return confirmations_left_ > 0 || confirmed_from_ != kNever; }
+
+void Localizer::stopConfirming() {
+  confirmations_left_ = 0;
+  confirmed_from_ = kNever;
 }
 
 void Localizer::becomeLost(int searches_done) {
@@ -303,7 +335,7 @@ void Localizer::becomeLost(int searches_done) {
 
 double Localizer::trackingInliers() const {
   // A pose still to be confirmed is held to the standard it was found by.
-  if (confirmations_left_ > 0) return options_.gates.recovery_inlier_ratio;
+  if (confirming()) return recoveryInliers();
   return std::max(options_.gates.min_inlier_ratio, options_.gates.min_relative_inliers * usual_inliers_);
 }
 
@@ -312,17 +344,11 @@ double Localizer::recoveryInliers() const {
                   options_.gates.recovery_relative_inliers * usual_inliers_);
 }
 
-GateOptions Localizer::recoveryGates() const {
-  GateOptions gates = options_.gates;
-  gates.max_unmapped_ratio = gates.recovery_unmapped_ratio;
-  return gates;
-}
-
 GlobalJob Localizer::beginGlobal(const LocalizerScan& scan, const std::optional<Eigen::Vector3d>& gravity) {
   if (!hasMap()) throw std::logic_error("global localization: no map");
   if (state_ == LocalizerState::kTracking || state_ == LocalizerState::kDegraded) searches_done_ = 0;
   guesses_.clear();
-  confirmations_left_ = 0;
+  stopConfirming();
   ++globals_done_;
   global_running_ = true;
   state_ = LocalizerState::kRelocalizing;
@@ -341,14 +367,16 @@ LocalizationUpdate Localizer::finishGlobal(const GlobalJob& job) {
   update.registration = job.result();
   update.registered = true;
   Refusal refusal = checkTermination(job.result());
-  if (!refusal) refusal = checkFit(job.result(), recoveryGates(), options_.gates.recovery_inlier_ratio);
+  if (!refusal)
+    refusal = checkFitAfterSearch(job.result(), options_.gates, options_.gates.recovery_inlier_ratio);
   if (!refusal) {
     PoseGuess guess{job.T_map_base(),
                     isotropicCovariance(0.02, 0.05),
                     job.scan().stamp,
                     job.scan().T_odom_base,
                     false,
-                    "global localization"};
+                    "global localization",
+                    options_.recovery.confirmation_seconds};
     guesses_.assign(1, std::move(guess));
     guess_attempts_ = 0;
     update.T_map_base = job.T_map_base();

@@ -30,9 +30,11 @@ const OptionTable<GateOptions>& gateOptionTable() {
           .add("recovery_relative_inliers", &O::recovery_relative_inliers, 0.0, 1.0, "",
                "The same after a search near the last pose: a wrong place fits worse than the right one did.")
           .add("max_unmapped_ratio", &O::max_unmapped_ratio, 0.0, 1.0, "",
-               "Largest share of points outside the map or in unknown space.")
+               "Largest share of points outside the map, in unknown space or behind surfaces.")
           .add("recovery_unmapped_ratio", &O::recovery_unmapped_ratio, 0.0, 1.0, "",
                "The same after a search: a place found has to explain the scan")
+          .add("recovery_behind_ratio", &O::recovery_behind_ratio, 0.0, 1.0, "",
+               "Largest share of points behind mapped surfaces, as the scan sees them, after a search")
           .add("max_jump_translation", &O::max_jump_translation, 0.0, 100.0, "m",
                "Largest distance of a tracked pose from its prior.")
           .add("max_jump_rotation", &O::max_jump_rotation, 0.0, 3.15, "rad",
@@ -92,6 +94,8 @@ const OptionTable<RecoveryOptions>& recoveryOptionTable() {
                "While waiting for a pose: search near the last one this often; 0: never.")
           .add("confirmation_scans", &O::confirmation_scans, 0, 100, "",
                "Scans that must agree after a search before poses are published.")
+          .add("confirmation_seconds", &O::confirmation_seconds, 0.0, 60.0, "s",
+               "... and for this long, unless the place was given from outside")
           .add("start_attempts", &O::start_attempts, 1, 1000, "",
                "Scans tried on a start pose before it is refused.")
           .add("start_starts", &O::start_starts, 1, 100000, "", "Starts of the search around a start pose.")

@@ -103,8 +103,11 @@ LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
   search.starts = std::max(1, options_.recovery.start_starts / static_cast<int>(candidates.size()));
   update = searchAround(scan, candidates, search);
   const Refusal refusal = judge(update, options_.gates.recovery_inlier_ratio);
-  if (!refusal) return place(scan, update);
-
+  if (!refusal) {
+    double seconds = 0.0;
+    for (const PoseGuess& guess : guesses_) seconds = std::max(seconds, guess.confirmation_seconds);
+    return place(scan, update, seconds);
+  }
   update.reason = refusal.reason;
   update.message = joined(guesses_) + ": " + refusal.message;
   // A scan that says nothing says nothing against the guess either.
@@ -119,7 +122,8 @@ LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
 Refusal Localizer::judge(const LocalizationUpdate& found, double min_inlier_ratio) const {
   if (!found.registered) return {RefusalReason::kNoPrior, "no pose to search around"};
   if (Refusal refusal = checkTermination(found.registration)) return refusal;
-  if (Refusal refusal = checkFit(found.registration, recoveryGates(), min_inlier_ratio)) return refusal;
+  if (Refusal refusal = checkFitAfterSearch(found.registration, options_.gates, min_inlier_ratio))
+    return refusal;
   return {found.reason, found.message};  // too far from what was asked for
 }
 
@@ -133,7 +137,7 @@ LocalizationUpdate Localizer::recover(const LocalizerScan& scan) {
   }
   update = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
   const Refusal refusal = judge(update, recoveryInliers());
-  if (!refusal) return place(scan, update);
+  if (!refusal) return place(scan, update, options_.recovery.confirmation_seconds);
   if (refusal.reason != RefusalReason::kTooFewPoints) ++searches_done_;
   update.reason = refusal.reason;
   update.message = "lost, searching near the last pose: " + refusal.message;
@@ -166,7 +170,7 @@ LocalizationUpdate Localizer::wait(const LocalizerScan& scan) {
   if (prior && recovery.waiting_retry_seconds > 0.0 &&
       searchDue(scan.stamp, recovery.waiting_retry_seconds)) {
     LocalizationUpdate found = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
-    if (!judge(found, recoveryInliers())) return place(scan, found);
+    if (!judge(found, recoveryInliers())) return place(scan, found, recovery.confirmation_seconds);
   }
   update.message = "waiting for a pose: initialpose, ~relocalize or ~global_localization";
   return finish(update);

@@ -137,6 +137,7 @@ void addChunk(const Chunk& chunk, const float (*sums)[kLanes], double* total, No
   for (int n = 0; n < chunk.size; ++n) {
     out.valid += chunk.valid[n] > 0.0f ? 1 : 0;
     out.outside += chunk.state[n] == PointState::kOutside ? 1 : 0;
+    out.behind += chunk.state[n] == PointState::kValid && chunk.valid[n] == 0.0f ? 1 : 0;
     out.inliers += chunk.inlier[n] > 0.0f ? 1 : 0;
   }
 }
@@ -177,7 +178,7 @@ NormalEquations linearize(const DistanceField& field, const ScanBuffer& scan, in
   }
   out.cost = total[27], out.score = total[28], out.inlier_squares = total[29], out.weight = total[30];
   out.squares = total[31];
-  out.unknown = count - out.valid - out.outside;
+  out.unknown = count - out.valid - out.outside - out.behind;
   return out;
 }
 

@@ -17,8 +17,8 @@ struct ResidualModel {
   double inlier_distance = 0.05;  ///< [m]
   double score_scale = 0.03;      ///< of the score [m]
   bool limit_gradient = true;     ///< to unit length: |grad SDF| = 1 by definition, longer ones are artefacts
-  /// Points next to a surface that turns its back on the sensor count as unknown: the scan sees something
-  /// else there, as the other face of a thin wall that was mapped from one side only. Signed fields only.
+  /// Points next to a surface that turns its back on the sensor say nothing: the scan sees something else
+  /// there, as the other face of a thin wall that was mapped from one side only. Signed fields only.
   bool check_facing = false;
 };
 
@@ -41,7 +41,8 @@ struct NormalEquations {
   double squares = 0.0;         ///< sum of r^2 of valid points
   double weight = 0.0;          ///< sum of the robust weights of valid points times their trust
   int valid = 0, unknown = 0, outside = 0, inliers = 0;
-  int points() const { return valid + unknown + outside; }
+  int behind = 0;  ///< seen from behind, if that is checked
+  int points() const { return valid + unknown + outside + behind; }
 };
 
 /// The first `count` points of the scan at pose T_map_sensor.

@@ -19,14 +19,14 @@ bool small(const Vector6d& xi, const StageOptions& options) {
   return xi.head<3>().norm() < options.rotation_epsilon && xi.tail<3>().norm() < options.translation_epsilon;
 }
 
-/// Cost per point. Points outside cost the most a point can; unknown ones the mean of the stage's start, so
-/// that moving points into or out of unknown space is neither rewarded nor punished.
+/// Cost per point. Points outside cost the most a point can; those that say nothing the mean of the stage's
+/// start, so that moving points into or out of unknown space is neither rewarded nor punished.
 struct Objective {
   double unknown_cost;
   explicit Objective(const NormalEquations& start)
       : unknown_cost(start.valid > 0 ? start.cost / start.valid : 1.0) {}
   double operator()(const NormalEquations& e) const {
-    return (e.cost + unknown_cost * e.unknown + e.outside) / std::max(1, e.points());
+    return (e.cost + unknown_cost * (e.unknown + e.behind) + e.outside) / std::max(1, e.points());
   }
 };
 

@@ -6,7 +6,7 @@
 namespace ttsdf {
 
 double score(const NormalEquations& e) {
-  return (e.score + kUnknownScore * e.unknown + e.outside) / std::max(1, e.points());
+  return (e.score + kUnknownScore * e.unknown + e.outside + e.behind) / std::max(1, e.points());
 }
 
 void report(const NormalEquations& e, const Eigen::Isometry3d& T_map_sensor, RegistrationResult& result) {
@@ -16,6 +16,7 @@ void report(const NormalEquations& e, const Eigen::Isometry3d& T_map_sensor, Reg
   result.inlier_ratio = static_cast<double>(e.inliers) / std::max(1, e.valid);
   result.outside_ratio = e.outside / points;
   result.unknown_ratio = e.unknown / points;
+  result.behind_ratio = e.behind / points;
   result.score = score(e);
 }
 

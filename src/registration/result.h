@@ -8,8 +8,8 @@ namespace ttsdf {
 /// What a point in unknown space adds to the score: a surface may well be there, but nothing speaks for it.
 constexpr double kUnknownScore = 0.7;
 
-/// Mean of r^2 / (r^2 + (3 cm)^2), unknown 0.7, outside 1; 0 is perfect. Told right from wrong poses in rooms
-/// and houses.
+/// Mean of r^2 / (r^2 + (3 cm)^2), unknown 0.7, outside or behind a surface 1; 0 is perfect. Told right from
+/// wrong poses in rooms and houses.
 double score(const NormalEquations& equations);
 
 /// What tells poses of one scan apart, 0 is perfect: every point lies on a surface, and every ray got there

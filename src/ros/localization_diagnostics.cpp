@@ -46,6 +46,7 @@ void LocalizationDiagnostics::localization(Wrapper& out) const {
   out.add("rms residual [m]", status.rms_residual);
   out.add("share outside the map", status.outside_ratio);
   out.add("share in unknown space", status.unknown_ratio);
+  out.add("share behind surfaces", status.behind_ratio);
   out.add("score (0 is perfect)", status.score);
   out.add("directions without information", static_cast<int>(status.weak_directions));
   out.add("registration [ms]", status.milliseconds);

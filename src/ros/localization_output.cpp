@@ -94,6 +94,7 @@ Status toStatus(const LocalizationUpdate& update) {
   status.inlier_ratio = r.inlier_ratio;
   status.outside_ratio = r.outside_ratio;
   status.unknown_ratio = r.unknown_ratio;
+  status.behind_ratio = r.behind_ratio;
   status.score = r.score;
   status.points = static_cast<std::uint32_t>(r.points);
   status.iterations = static_cast<std::uint32_t>(r.iterations);

@@ -67,7 +67,8 @@ OfflineReport::OfflineReport(const std::string& trajectory_path, const std::stri
     : trajectory_(trajectory_path), statuses_(status_path), with_times_(with_times) {
   statuses_.stream()
       << "stamp,state,reason,pose_valid,points,iterations,rms_residual,inlier_ratio,outside_ratio,"
-         "unknown_ratio,score,jump_translation,jump_rotation,weak_directions,tx,ty,tz,qx,qy,qz,qw,"
+         "unknown_ratio,behind_ratio,score,jump_translation,jump_rotation,weak_directions,tx,ty,tz,qx,qy,qz,"
+         "qw,"
       << (with_times_ ? "ms," : "") << "message\n";
 }
 
@@ -100,7 +101,7 @@ void OfflineReport::writeStatus(const std_msgs::Header& header, const Status& st
       << static_cast<int>(status.pose_valid) << ',' << status.points << ',' << status.iterations << ','
       << std::fixed << std::setprecision(6);
   for (const double x : {status.rms_residual, status.inlier_ratio, status.outside_ratio, status.unknown_ratio,
-                         status.score, status.jump_translation, status.jump_rotation}) {
+                         status.behind_ratio, status.score, status.jump_translation, status.jump_rotation}) {
     out << x << ',';
   }
   out << static_cast<int>(status.weak_directions) << ',';

@@ -85,5 +85,50 @@ TEST(IsCovariance, RefusesWhatIsNone) {
   EXPECT_FALSE(isCovariance(bad));
 }
 
+TEST(FusedPose, IsTheInverseVarianceMeanAlongEveryAxis) {
+  PoseEstimate prior, measured;
+  prior.covariance = isotropicCovariance(0.02, 0.03);
+  measured.T.translation() = Eigen::Vector3d(0.01, 0.02, -0.01);
+  measured.T.linear() = expSo3(Eigen::Vector3d(0.01, 0.0, 0.0));
+  measured.covariance = isotropicCovariance(0.01, 0.01);
+  measured.covariance(5, 5) = 1e4;  // says nothing about z
+  const PoseEstimate result = fused(prior, measured);
+  const double share = 9.0 / 10.0;
+  EXPECT_NEAR(result.T.translation().x(), share * 0.01, 1e-9);
+  EXPECT_NEAR(result.T.translation().y(), share * 0.02, 1e-9);
+  EXPECT_NEAR(result.T.translation().z(), 0.0, 1e-6);
+  EXPECT_NEAR(logSo3(result.T.linear()).x(), 0.8 * 0.01, 1e-9);
+  EXPECT_NEAR(result.covariance(3, 3), 0.03 * 0.03 * (1.0 - share), 1e-12);
+  EXPECT_NEAR(result.covariance(5, 5), 0.03 * 0.03, 1e-9);
+}
+
+TEST(FusedPose, ContradictionBeyondChanceLowersTheTrustInThePrior) {
+  PoseEstimate prior, measured;
+  prior.covariance = isotropicCovariance(0.001, 0.001);
+  measured.covariance = isotropicCovariance(0.001, 0.001);
+  measured.T.translation().x() = 0.2;  // wheels slipped
+  EXPECT_GT(fused(prior, measured).T.translation().x(), 0.19);
+  measured.T.translation().x() = 0.002;
+  EXPECT_NEAR(fused(prior, measured).T.translation().x(), 0.001, 1e-9);
+}
+
+TEST(FusedPose, DoesNotDependOnThePointOfTheBody) {
+  PoseEstimate prior, measured;
+  prior.T.translation() = Eigen::Vector3d(1.0, 2.0, 0.5);
+  prior.covariance = 1e-4 * randomCovariance(7);
+  measured.T = prior.T;
+  measured.T.translation() += Eigen::Vector3d(1e-4, -2e-4, 1e-4);
+  measured.T.linear() = expSo3(Eigen::Vector3d(1e-4, 2e-4, -1e-4));
+  measured.covariance = 1e-4 * randomCovariance(8);
+  const Eigen::Isometry3d T_to_other(Eigen::Translation3d(0.3, -0.2, 0.4));
+  const auto moved = [&](const PoseEstimate& e) {
+    return PoseEstimate{e.T * T_to_other,
+                        movedCovariance(e.covariance, e.T.linear() * T_to_other.translation())};
+  };
+  const PoseEstimate here = fused(prior, measured), there = fused(moved(prior), moved(measured));
+  EXPECT_LT(poseError(there.T, here.T * T_to_other).translation, 1e-7);
+  EXPECT_LT(poseError(there.T, here.T * T_to_other).rotation, 1e-7);
+}
+
 }  // namespace
 }  // namespace ttsdf

@@ -227,5 +227,49 @@ TEST(Retract, StaysARotationOverManySteps) {
   EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-13);
 }
 
+/// By the definition: the ray from the sensor runs along the gradient, or against it too little deep inside.
+bool isBehind(const Eigen::Vector3d& p_sensor) {
+  const Eigen::Vector3d p = kPose * p_sensor, g = AnalyticField::gradient(p);
+  const double cosine = g.dot((p - kPose.translation()).normalized());
+  return cosine > (AnalyticField::value(p) < -0.05 ? -0.3 : 0.3);
+}
+
+TEST(Linearizer, PointsBehindSurfacesCountAsIfTheyWereNotThere) {
+  const AnalyticField field;
+  const Eigen::Matrix3Xf all = scanPoints(900);
+  ResidualModel model;
+  model.check_facing = true;
+  ScanBuffer scan;
+  scan.assign(all, 1000);
+  const NormalEquations e = linearize(field, scan, scan.size(), kPose, model);
+
+  int behind = 0, valid = 0, inliers = 0;
+  double score = 0.0, squares = 0.0;
+  for (Eigen::Index n = 0; n < all.cols(); ++n) {
+    const Eigen::Vector3d p_sensor = all.col(n).cast<double>(), p = kPose * p_sensor;
+    if (AnalyticField::state(p) != PointState::kValid) continue;
+    if (isBehind(p_sensor)) {
+      ++behind;
+      continue;
+    }
+    const double r = AnalyticField::value(p);
+    ++valid;
+    inliers += std::abs(r) < model.inlier_distance ? 1 : 0;
+    squares += r * r;
+    score += r * r / (r * r + model.score_scale * model.score_scale);
+  }
+  ASSERT_GT(behind, 100);
+  ASSERT_GT(valid, 100);
+  EXPECT_EQ(e.behind, behind);
+  EXPECT_EQ(e.valid, valid);
+  EXPECT_EQ(e.inliers, inliers);
+  EXPECT_EQ(e.points(), 900);
+  EXPECT_NEAR(e.squares, squares, 1e-4 * squares);
+  EXPECT_NEAR(e.score, score, 1e-4 * score);
+
+  model.check_facing = false;
+  EXPECT_EQ(linearize(field, scan, scan.size(), kPose, model).behind, 0);
+}
+
 }  // namespace
 }  // namespace ttsdf

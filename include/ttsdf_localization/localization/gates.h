@@ -19,6 +19,9 @@ Refusal checkTermination(const RegistrationResult& result);
 
 /// Residual, inliers, share outside the map, degeneracy. `min_inlier_ratio` is one of the two in the options.
 Refusal checkFit(const RegistrationResult& result, const GateOptions& options, double min_inlier_ratio);
+/// The same after a search, where a wrong place may fit a little: most of the scan has to be explained.
+Refusal checkFitAfterSearch(const RegistrationResult& result, const GateOptions& options,
+                            double min_inlier_ratio);
 
 /// Distance of the result from its prior.
 Refusal checkJump(const PoseError& jump, const GateOptions& options);

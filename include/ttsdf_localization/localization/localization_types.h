@@ -57,8 +57,9 @@ struct PoseGuess {
   /// missing.
   double stamp = std::numeric_limits<double>::quiet_NaN();
   std::optional<Eigen::Isometry3d> T_odom_base;  ///< odometry at that time: the motion since then is added
-  bool widen = true;   ///< apply the least spread of the recovery options (start_*_sigma)
-  std::string source;  ///< for messages: "initialpose", "start pose", ...
+  bool widen = true;                  ///< apply the least spread of the recovery options (start_*_sigma)
+  std::string source;                 ///< for messages: "initialpose", "start pose", ...
+  double confirmation_seconds = 0.0;  ///< what is found has to hold for this long before poses are published
 };
 
 struct LocalizationUpdate {

@@ -103,10 +103,14 @@ class Localizer {
   LocalizationUpdate handle(const LocalizerScan& scan);
   LocalizationUpdate track(const LocalizerScan& scan);
   RegistrationResult alignNear(const LocalizerScan& scan, const Prediction& prior);
-  /// Whether the prior may be meant by this pose; if not, the pose has to be confirmed by further scans.
-  static bool plausible(const LocalizerScan& scan, const Prediction& prior, const RegistrationResult& result);
+  /// Whether the prior may be meant by this pose; if not, the pose has to be found and confirmed.
+  Refusal checkPlausible(const LocalizerScan& scan, const Prediction& prior,
+                         const RegistrationResult& result) const;
   LocalizationUpdate accept(const LocalizerScan& scan, const Prediction& prior, LocalizationUpdate& update);
-  LocalizationUpdate place(const LocalizerScan& scan, LocalizationUpdate& update);
+  /// A pose found: believed after the confirmation scans that agree for at least `seconds`.
+  LocalizationUpdate place(const LocalizerScan& scan, LocalizationUpdate& update, double seconds);
+  bool confirming() const;
+  void stopConfirming();
   LocalizationUpdate believe(const LocalizerScan& scan, LocalizationUpdate& update);
   LocalizationUpdate refuse(const LocalizerScan& scan, const Refusal& refusal, LocalizationUpdate& update);
   Refusal examine(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base_prior,
@@ -115,7 +119,6 @@ class Localizer {
   /// Least inlier ratio while tracking, and after a search near the last pose.
   double trackingInliers() const;
   double recoveryInliers() const;
-  GateOptions recoveryGates() const;
   LocalizationUpdate blank(const LocalizerScan& scan) const;
   static void fillPose(const LocalizerScan& scan, const PoseEstimate& sensor, LocalizationUpdate& update);
   LocalizationUpdate finish(LocalizationUpdate& update) const;
@@ -139,6 +142,8 @@ class Localizer {
   LocalizerState state_ = LocalizerState::kNoMap;
 
   double last_stamp_;                     ///< of the last scan taken
+  double last_silent_stamp_;              ///< of the last refused scan that said nothing
+  double confirmed_from_;                 ///< stamp from which on a pose found is believed
   std::vector<PoseGuess> guesses_;        ///< to be tried; the best fit wins
   std::optional<PoseGuess> start_guess_;  ///< the last one from outside, tried again after a time jump
   std::optional<PoseGuess> believed_;     ///< the last pose published as good

@@ -18,8 +18,9 @@ struct GateOptions {
   double min_relative_inliers = 0.6;    ///< inlier ratio against its usual value, while tracking
   double recovery_relative_inliers =
       0.9;                           ///< the same after a search near the last pose: a wrong place fits worse
-  double max_unmapped_ratio = 0.85;  ///< points outside the map or in unknown space / points
+  double max_unmapped_ratio = 0.85;  ///< points outside the map, in unknown space or behind surfaces / points
   double recovery_unmapped_ratio = 0.6;  ///< the same after a search: a place has to explain the scan
+  double recovery_behind_ratio = 0.1;    ///< points behind mapped surfaces / points, after a search
   double max_jump_translation = 0.5;     ///< pose against its prior [m]
   double max_jump_rotation = 0.35;       ///< [rad]
   int max_weak_directions = 3;           ///< one wall or a floor leaves 3, a corridor 1
@@ -52,6 +53,7 @@ struct RecoveryOptions {
   double global_retry_seconds = 2.0;   ///< pause between two of them [s]
   double waiting_retry_seconds = 5.0;  ///< while waiting: search near the last pose this often [s]; 0: never
   int confirmation_scans = 2;          ///< scans that must agree after a search before poses are published
+  double confirmation_seconds = 0.5;   ///< ... and for how long, where nobody said the camera is there [s]
   int start_attempts = 10;             ///< scans tried on a start pose
   int start_starts = 256;              ///< starts around a start pose
   double start_translation_sigma = 0.3;  ///< least spread around a start pose: x, y [m]
@@ -64,7 +66,10 @@ const OptionTable<RecoveryOptions>& recoveryOptionTable();
 struct LocalizerOptions {
   /// A prior that is as good as the last pose and the odometry hides slow slides: a direction keeps it only
   /// where the scan says next to nothing, a tenth of what a single registration asks for.
-  LocalizerOptions() { registration.weak_threshold = 0.001; }
+  LocalizerOptions() {
+    registration.weak_threshold = 0.001;
+    registration.weak_sigma = 100.0;  // what is not measured must not count as a measurement
+  }
 
   GateOptions gates;
   MotionOptions motion;

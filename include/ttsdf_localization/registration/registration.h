@@ -38,10 +38,10 @@ struct RegistrationOptions {
   double min_inlier_ratio = 0.4;      ///< of the points in known space; fewer is no success
   double min_known_ratio = 0.2;       ///< share of points in known space that is needed
   double weak_threshold =
-      0.01;                 ///< directions with less information keep the prior (and are reported as weak)
-  double weak_sigma = 1.0;  ///< standard deviation reported for them [m] (rotation: over the scan's radius)
+      0.01;                  ///< directions with less information keep the prior (and are reported as weak)
+  double weak_sigma = 1.0;   ///< standard deviation reported for them [m] (rotation: over the scan's radius)
   bool check_facing = true;  ///< points behind a mapped surface, as the scan sees it, carry no information
-  bool long_range = true;   ///< pull scans in by a coarse distance field made from the map when it is loaded
+  bool long_range = true;    ///< pull scans in by a coarse distance field made from the map when it is loaded
   int restarts = 32;  ///< further starts around the prior when the first one explains the scan badly ...
   double restart_score = 0.25;  ///< ... that is, with a score above this; 0 restarts: one start only
   int min_points = 50;
@@ -54,12 +54,13 @@ struct RegistrationResult {
   TerminationReason reason = TerminationReason::kTooFewPoints;
   bool success = false;  ///< the estimate may be used (converged and explains the scan)
   int iterations = 0;
-  int points = 0;                ///< points used
-  double rms_residual = 0.0;     ///< of the inliers [m]
-  double inlier_ratio = 0.0;     ///< inliers / points in known space
-  double outside_ratio = 0.0;    ///< points outside the box / points
-  double unknown_ratio = 0.0;    ///< points in unknown space / points
-  double score = 1.0;            ///< mean r^2 / (r^2 + s^2), s = 3 cm; unknown 0.7, outside 1 (0 is perfect)
+  int points = 0;              ///< points used
+  double rms_residual = 0.0;   ///< of the inliers [m]
+  double inlier_ratio = 0.0;   ///< inliers / points in known space
+  double outside_ratio = 0.0;  ///< points outside the box / points
+  double unknown_ratio = 0.0;  ///< points in unknown space / points
+  double behind_ratio = 0.0;   ///< points that mapped surfaces turn their backs on / points
+  double score = 1.0;  ///< mean r^2 / (r^2 + s^2), s = 3 cm; unknown 0.7, outside or behind 1 (0 is perfect)
   double blocked_ratio = 0.0;    ///< rays that the map's matter stands in the way of / rays (method robust)
   double runner_up_score = 1.0;  ///< global: score + blocked_ratio of the best distinct other place
   Eigen::Isometry3d T_map_runner_up = Eigen::Isometry3d::Identity();
