@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
-#include <sstream>
+#include <regex>
 #include <stdexcept>
 
 #include "field_weights.h"
@@ -32,21 +32,13 @@ struct Ranks {
 };
 
 Ranks parseRanks(const std::string& text) {
-  Ranks ranks;
-  char comma = 0;
-  std::istringstream in(text);
-  if (in >> ranks.r1) {
-    ranks.r2 = ranks.r1;
-    if (in >> comma) in >> ranks.r2;
-  }
-  std::string rest;
-  const bool complete = !in.fail() || (in.eof() && comma == 0);
-  in.clear();
-  if (!complete || (comma != 0 && comma != ',') || (in >> rest) || ranks.r1 < 0 || ranks.r2 < 0 ||
-      text.empty()) {
+  static const std::regex kPattern(R"(\s*(\d{1,9})\s*(,\s*(\d{1,9})\s*)?)");
+  std::smatch match;
+  if (!std::regex_match(text, match, kPattern)) {
     throw std::invalid_argument("option 'max_rank': got '" + text + "', wanted R or R1,R2 (0: no cap)");
   }
-  return ranks;
+  const int r1 = std::stoi(match[1]);
+  return {r1, match[3].matched ? std::stoi(match[3]) : r1};
 }
 
 void tell(const BuildProgress& progress, const char* step, double share) {

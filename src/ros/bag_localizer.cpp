@@ -63,6 +63,10 @@ void BagLocalizer::add(const sensor_msgs::PointCloud2& cloud) {
   waiting_.push_back({std::move(scan), now_});
 }
 
+void BagLocalizer::addDamaged(const std_msgs::Header& header, const std::string& why) {
+  refuse(header, Status::REASON_BAD_CLOUD, why);
+}
+
 void BagLocalizer::advance(const ros::Time& time) {
   now_ = time;
   while (!waiting_.empty() && tryFirst(false)) waiting_.pop_front();
@@ -113,7 +117,7 @@ void BagLocalizer::process(const CloudScan& scan, bool odometry) {
   LocalizerScan with;
   try {
     with = withTransforms(scan, odometry, buffer_, options_.frames, options_.localizer.motion.prior);
-  } catch (const tf2::TransformException& error) {
+  } catch (const std::exception& error) {  // none, or one that is no rigid motion
     refuse(scan.header, Status::REASON_NO_TRANSFORM, error.what());
     return;
   }

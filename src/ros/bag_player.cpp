@@ -71,16 +71,24 @@ class Player {
   void addInfo(const sensor_msgs::CameraInfoConstPtr& info) {
     if (!info) return;
     info_ = info;
-    if (image_) localizer_.add(*toCloud(image_, *info_));
+    if (image_) addCloud();
     image_.reset();
   }
   void addImage(const sensor_msgs::ImageConstPtr& image) {
     if (!image) return;
-    if (info_) {
-      localizer_.add(*toCloud(image, *info_));
-    } else {
-      image_ = image;  // its camera_info comes next
+    image_ = image;  // its camera_info may come next
+    if (!info_) return;
+    addCloud();
+    image_.reset();
+  }
+  void addCloud() {
+    sensor_msgs::PointCloud2ConstPtr cloud;
+    try {
+      cloud = toCloud(image_, *info_);
+    } catch (const std::exception& error) {
+      return localizer_.addDamaged(image_->header, error.what());
     }
+    localizer_.add(*cloud);
   }
 
   const BagTopics topics_;

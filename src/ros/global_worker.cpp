@@ -3,6 +3,7 @@
 #include <ros/console.h>
 
 #include <exception>
+#include <system_error>
 #include <utility>
 
 namespace ttsdf {
@@ -20,8 +21,13 @@ bool GlobalWorker::start(GlobalJob job) {
   running_ = true;
   cancelled_ = false;
   progress_ = 0.0;
-  thread_ = std::thread(&GlobalWorker::run, this);
-  return true;
+  try {
+    thread_ = std::thread(&GlobalWorker::run, this);
+  } catch (const std::system_error& error) {
+    ROS_ERROR_STREAM("global localization: no thread for it: " << error.what());
+    running_ = false;
+  }
+  return running_;
 }
 
 bool GlobalWorker::cancel() {

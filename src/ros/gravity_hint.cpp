@@ -1,9 +1,8 @@
 #include "ttsdf_localization/ros/gravity_hint.h"
 
-#include <tf2/exceptions.h>
-
 #include <algorithm>
 #include <cmath>
+#include <exception>
 
 #include "ttsdf_localization/ros/conversions.h"
 
@@ -55,7 +54,7 @@ std::optional<Eigen::Vector3d> GravityHint::rotated(const Eigen::Vector3d& direc
                                                     const std::string& to, const ros::Time& stamp) const {
   try {
     return fromMessage(buffer_.lookupTransform(to, from, stamp).transform).linear() * direction;
-  } catch (const tf2::TransformException&) {
+  } catch (const std::exception&) {  // no transform, or one that is no rigid motion
     return std::nullopt;
   }
 }

@@ -101,7 +101,7 @@ TEST(Compress, SaysWhatABudgetCannotReach) {
 }
 
 TEST(Compress, RefusesRanksThatAreNone) {
-  for (const char* text : {"", "x", "4,", "4;5", "4,5,6", "-1", "4 5"}) {
+  for (const char* text : {"", "x", "4,", "4;5", "4,5,6", "-1", "4 5", " ", "-", "99999999999"}) {
     BuildOptions o = options();
     o.max_rank = text;
     EXPECT_THROW(compress(room(), {}, o), std::invalid_argument) << "'" << text << "'";

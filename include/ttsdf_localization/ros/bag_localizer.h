@@ -38,6 +38,8 @@ class BagLocalizer {
   void add(const sensor_msgs::Imu& imu) { gravity_.add(imu); }
   void add(const geometry_msgs::PoseWithCovarianceStamped& initial_pose);
   void add(const sensor_msgs::PointCloud2& cloud);
+  /// A scan that gave no cloud: counted and reported as refused.
+  void addDamaged(const std_msgs::Header& header, const std::string& why);
   /// The bag has come to `time`: scans that have their transforms by now, or waited too long, are worked on.
   void advance(const ros::Time& time);
   /// The bag has ended: what waits goes on without what is missing.
