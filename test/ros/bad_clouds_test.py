@@ -2,31 +2,16 @@
 """Bad clouds are counted and reported, give no pose, and harm nothing."""
 
 import struct
-import unittest
 
 import numpy as np
 import rospy
 import rostest
 from sensor_msgs.msg import PointCloud2, PointField
 
-from fake_robot import FakeRobot, Recorder, Status, cloud_message, start_tracking
+from fake_robot import RobotTestCase, Status, cloud_message
 
 
-class BadClouds(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.recorder = Recorder()
-        cls.robot = FakeRobot().start()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.robot.stop()
-
-    def setUp(self):
-        self.robot.send_clouds = True
-        if self.recorder.state() != Status.TRACKING:
-            start_tracking(self, self.recorder, self.robot)
-
+class BadClouds(RobotTestCase):
     def tearDown(self):
         # Whatever came in: the next good cloud gives a pose.
         self.robot.send_clouds = True

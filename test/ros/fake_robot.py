@@ -2,6 +2,7 @@
 
 import threading
 import time
+import unittest
 
 import numpy as np
 import rospy
@@ -296,3 +297,22 @@ def start_tracking(test, recorder, robot, timeout=90.0):
                                      do=lambda: recorder.set_pose(pose_message(robot.T_map_base, recorder.parent)))
     test.assertIsNotNone(taken, recorder.history())
     test.assertTrue(recorder.wait_for_state(Status.TRACKING, timeout=timeout), recorder.history())
+
+
+class RobotTestCase(unittest.TestCase):
+    """Tests that share one robot and one recorder, and begin with the robot being tracked."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.recorder = Recorder()
+        cls.robot = FakeRobot().start()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.robot.stop()
+
+    def setUp(self):
+        self.robot.send_clouds = True
+        self.robot.velocity = 0.0
+        if self.recorder.state() != Status.TRACKING:
+            start_tracking(self, self.recorder, self.robot)

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """initialpose in every shape that people and programs send it."""
 
-import unittest
 
 import numpy as np
 import rospy
@@ -9,19 +8,10 @@ import rostest
 from std_srvs.srv import Trigger
 
 import room
-from fake_robot import FakeRobot, Recorder, Status, errors, matrix, pose_message
+from fake_robot import RobotTestCase, Status, errors, matrix, pose_message
 
 
-class InitialPose(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.recorder = Recorder()
-        cls.robot = FakeRobot().start()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.robot.stop()
-
+class InitialPose(RobotTestCase):
     def setUp(self):
         self.robot.velocity = 0.0
         r = self.recorder

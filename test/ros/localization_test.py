@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """A robot is localized: pose, covariance, TF, odometry, status, services, and what is published on demand."""
 
-import unittest
 
 import numpy as np
 import rospy
@@ -12,25 +11,11 @@ from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool, Trigger
 
 import room
-from fake_robot import FakeRobot, Recorder, Status, errors, matrix, pose_message, start_tracking
+from fake_robot import RobotTestCase, Status, errors, matrix, pose_message
 from ttsdf_localization.srv import GlobalLocalization, Relocalize
 
 
-class Localization(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.recorder = Recorder()
-        cls.robot = FakeRobot().start()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.robot.stop()
-
-    def setUp(self):
-        self.robot.velocity = 0.0
-        if self.recorder.state() != Status.TRACKING:
-            start_tracking(self, self.recorder, self.robot)
-
+class Localization(RobotTestCase):
     def service(self, name, kind):
         name = self.recorder.private + '/' + name
         rospy.wait_for_service(name, 30.0)

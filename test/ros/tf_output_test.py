@@ -1,30 +1,15 @@
 #!/usr/bin/env python3
 """map -> odom: stamps rise and never repeat, it is sent again between scans, and it stops when the pose is lost."""
 
-import unittest
 
 import rospy
 import rostest
 
 import room
-from fake_robot import FakeRobot, Recorder, Status, pose_message, start_tracking
+from fake_robot import RobotTestCase, Status, pose_message
 
 
-class TfOutput(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.recorder = Recorder()
-        cls.robot = FakeRobot().start()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.robot.stop()
-
-    def setUp(self):
-        self.robot.send_clouds = True
-        if self.recorder.state() != Status.TRACKING:
-            start_tracking(self, self.recorder, self.robot)
-
+class TfOutput(RobotTestCase):
     def stamps(self, begin=0):
         return [t.header.stamp for t in self.recorder.transforms[begin:]]
 
