@@ -27,7 +27,7 @@ if(TTSDF_BUILD_ROS)
   endif()
 
   ttsdf_unit_test(documentation/parameters_page_test.cpp
-    LIBS ttsdf_map_builder ttsdf_simulation_ros ttsdf_demo ttsdf_operator ttsdf_evaluation)
+    LIBS ttsdf_map_builder ttsdf_simulation_ros ttsdf_demo ttsdf_operator ttsdf_map_surface ttsdf_evaluation)
   if(TARGET documentation_parameters_page_test)
     target_compile_definitions(documentation_parameters_page_test PRIVATE
       TTSDF_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")

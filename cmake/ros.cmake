@@ -152,22 +152,23 @@ ttsdf_ros_library(ttsdf_map_server
   LIBS ttsdf_ros)
 ttsdf_node(map_server_node SOURCES src/nodes/map_server_node.cpp LIBS ttsdf_map_server)
 
+ttsdf_ros_library(ttsdf_map_visualization SOURCES src/ros/map_visualization.cpp LIBS ttsdf_ros ttsdf_mapping)
+
 ttsdf_ros_library(ttsdf_map_builder
   SOURCES
     src/ros/map_build_request.cpp
     src/ros/map_builder_options.cpp
     src/ros/map_builder_ros.cpp
-    src/ros/map_visualization.cpp
     src/ros/posed_cloud_source.cpp
     src/ros/scan_fuser.cpp
     src/ros/scan_selector.cpp
-  LIBS ttsdf_map_server ttsdf_mapping)
+  LIBS ttsdf_map_server ttsdf_map_visualization)
 ttsdf_ros_library(ttsdf_map_builder_nodelet SOURCES src/nodes/map_builder_nodelet.cpp LIBS ttsdf_map_builder)
 ttsdf_node(map_builder_node SOURCES src/nodes/map_builder_node.cpp LIBS ttsdf_map_builder)
 
 ttsdf_unit_test(ros/scan_selector_test.cpp LIBS ttsdf_map_builder)
 ttsdf_unit_test(ros/map_build_request_test.cpp LIBS ttsdf_map_builder)
-ttsdf_unit_test(ros/map_visualization_test.cpp LIBS ttsdf_map_builder)
+ttsdf_unit_test(ros/map_visualization_test.cpp LIBS ttsdf_map_visualization)
 ttsdf_unit_test(ros/map_builder_config_test.cpp LIBS ttsdf_map_builder yaml-cpp)
 if(TARGET ros_map_builder_config_test)
   target_compile_definitions(ros_map_builder_config_test PRIVATE TTSDF_CONFIG_DIR="${CMAKE_CURRENT_SOURCE_DIR}/config")
@@ -186,10 +187,14 @@ if(TTSDF_BUILD_TESTS AND CATKIN_ENABLE_TESTING)
   add_test(NAME scripts_test COMMAND ${PYTHON_EXECUTABLE} "${CMAKE_CURRENT_SOURCE_DIR}/test/scripts/scripts_test.py")
 endif()
 
-# ---- operator's menu in rviz -----------------------------------------------------------------------------------------
+# ---- operator's computer: menu and map surface in rviz ---------------------------------------------------------------------
 find_package(interactive_markers REQUIRED)
 ttsdf_ros_library(ttsdf_operator SOURCES src/ros/operator_menu.cpp LIBS ttsdf_ros ${interactive_markers_LIBRARIES})
 ttsdf_node(operator_menu_node SOURCES src/nodes/operator_menu_node.cpp LIBS ttsdf_operator)
+ttsdf_ros_library(ttsdf_map_surface SOURCES src/ros/map_surface.cpp LIBS ttsdf_map_visualization)
+ttsdf_node(map_surface_node SOURCES src/nodes/map_surface_node.cpp LIBS ttsdf_map_surface)
+ttsdf_rostest(map_surface.test DEPENDS test_maps ttsdf_localization_nodelet map_surface_node
+  ARGS map_dir:=${TTSDF_TEST_MAPS})
 ttsdf_rostest(operator_menu.test DEPENDS test_maps ttsdf_localization_nodelet operator_menu_node
   ARGS map_dir:=${TTSDF_TEST_MAPS})
 

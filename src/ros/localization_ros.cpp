@@ -234,6 +234,7 @@ void LocalizationRos::putMapIntoUse(LoadedMap map) {
   localizer_.setMap(std::move(map.map));
   map_id_ = map.map_id;
   map_summary_ = map.summary;
+  map_bytes_ = std::move(map.bytes);
   Status status;
   status.state = statusState(localizer_.state());
   status.message = "map " + map_id_ + " is in use";

@@ -1,8 +1,11 @@
 // Services. Every reply says whether it worked and why; no exception leaves.
 
 #include <exception>
+#include <stdexcept>
 #include <utility>
+#include <vector>
 
+#include "ttsdf_localization/ros/conversions.h"
 #include "ttsdf_localization/ros/localization_ros.h"
 
 namespace ttsdf {
@@ -23,12 +26,29 @@ bool answer(Response& response, const Work& work) {
 
 void LocalizationRos::advertise() {
   services_ = {
+      service_node_.advertiseService("get_map", &LocalizationRos::getMap, this),
       service_node_.advertiseService("load_map", &LocalizationRos::loadMap, this),
       service_node_.advertiseService("set_map", &LocalizationRos::setMap, this),
       service_node_.advertiseService("relocalize", &LocalizationRos::relocalize, this),
       service_node_.advertiseService("global_localization", &LocalizationRos::globalLocalization, this),
       service_node_.advertiseService("pause", &LocalizationRos::pause, this),
       service_node_.advertiseService("reset", &LocalizationRos::reset, this)};
+}
+
+bool LocalizationRos::getMap(ttsdf_localization::GetMap::Request& /*request*/,
+                             ttsdf_localization::GetMap::Response& response) {
+  return answer(response, [&] {
+    std::vector<std::uint8_t> bytes;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (map_bytes_.empty()) throw std::runtime_error("no map");
+      bytes = map_bytes_;
+    }
+    response.map = toMapMessage(std::move(bytes), options_.frames.global_frame_id);
+    response.map.header.stamp = ros::Time::now();
+    response.message = "map " + response.map.map_id;
+    response.success = true;
+  });
 }
 
 bool LocalizationRos::loadMap(ttsdf_localization::LoadMap::Request& request,

@@ -15,8 +15,7 @@ namespace ttsdf {
 
 namespace {
 
-constexpr double kProgressPeriod = 0.1;               ///< news are sent this often [s]
-constexpr std::size_t kMaxShownVoxels = 100'000'000;  ///< 400 MB when decompressed
+constexpr double kProgressPeriod = 0.1;  ///< news are sent this often [s]
 
 }  // namespace
 
@@ -223,10 +222,7 @@ void MapBuilderRos::publishMapSurface() {
   const auto held = map_->held();
   if (!held || held->map_id == shown_map_id_) return;
   try {
-    if (held->map->geometry.voxelCount() > kMaxShownVoxels) {
-      throw std::runtime_error("the map has " + std::to_string(held->map->geometry.voxelCount()) +
-                               " voxels, which is too much to decompress for display");
-    }
+    requireShowable(*held->map);
     surface_.publish(surfaceMarker(extractSurface(*held->map), options_.surface_triangles,
                                    held->map->frame_id, ros::Time::now()));
     shown_map_id_ = held->map_id;

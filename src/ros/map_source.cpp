@@ -23,7 +23,7 @@ LoadedMap prepareMap(const std::vector<std::uint8_t>& bytes, const MapSourceOpti
   LoadedMap loaded;
   loaded.map_id = info.map_id;
   loaded.frame_id = map.frame_id;
-  loaded.file_bytes = info.file_bytes;
+  loaded.bytes = bytes;
   std::ostringstream text;
   text << "map " << info.map_id << ": " << map.geometry.dims.transpose() << " voxels of "
        << map.geometry.voxel_size << " m, ranks " << map.train.rank1() << ' ' << map.train.rank2() << ", "

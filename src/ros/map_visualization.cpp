@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace ttsdf {
@@ -97,6 +99,13 @@ SurfaceMesh clusterVertices(const SurfaceMesh& mesh, double cell) {
   }
   joined.triangles.conservativeResize(3, kept);
   return joined;
+}
+
+void requireShowable(const TtSdfMap& map) {
+  constexpr std::size_t kMost = 100'000'000;  // 400 MB when decompressed
+  if (map.geometry.voxelCount() <= kMost) return;
+  throw std::runtime_error("the map has " + std::to_string(map.geometry.voxelCount()) +
+                           " voxels, which is too much to decompress for display");
 }
 
 visualization_msgs::Marker surfaceMarker(const SurfaceMesh& mesh, int max_triangles,

@@ -12,6 +12,7 @@
 #include "ttsdf_localization/ros/demo_ros.h"
 #include "ttsdf_localization/ros/localization_options.h"
 #include "ttsdf_localization/ros/map_builder_options.h"
+#include "ttsdf_localization/ros/map_surface.h"
 #include "ttsdf_localization/ros/operator_menu.h"
 #include "ttsdf_localization/ros/simulated_camera_options.h"
 
@@ -108,6 +109,11 @@ std::string page() {
   menu_parameters.add("", menu, operatorMenuOptionTable());
   writeSection(out, "Operator menu", "`operator_menu_node`, started by the launch files with `rviz:=true`.",
                menu_parameters);
+  MapSurfaceOptions surface;
+  ParameterSet surface_parameters;
+  surface_parameters.add("", surface, mapSurfaceOptionTable());
+  writeSection(out, "Map surface", "`map_surface_node`, started by the launch files with `rviz:=true`.",
+               surface_parameters);
   DemoOptions demo;
   ParameterSet demo_parameters;
   demo_parameters.add("", demo, demoOptionTable());

@@ -20,7 +20,9 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
+#include "ttsdf_localization/GetMap.h"
 #include "ttsdf_localization/GlobalLocalization.h"
 #include "ttsdf_localization/LoadMap.h"
 #include "ttsdf_localization/LocalizationStatus.h"
@@ -96,6 +98,7 @@ class LocalizationRos {
 
   // localization_ros_services.cpp
   void advertise();
+  bool getMap(ttsdf_localization::GetMap::Request& request, ttsdf_localization::GetMap::Response& response);
   bool loadMap(ttsdf_localization::LoadMap::Request& request,
                ttsdf_localization::LoadMap::Response& response);
   bool setMap(ttsdf_localization::SetMap::Request& request, ttsdf_localization::SetMap::Response& response);
@@ -126,6 +129,7 @@ class LocalizationRos {
   std::optional<PoseRequest> pose_request_;  ///< not yet moved on by odometry
   int epoch_ = 0;
   std::string map_id_, map_summary_;
+  std::vector<std::uint8_t> map_bytes_;
   std::optional<LocalizationUpdate> global_outcome_;  ///< of the last global localization
   std::uint32_t refused_ = 0;
   Status status_;  ///< last one published

@@ -26,7 +26,7 @@ struct LoadedMap {
   std::string map_id;
   std::string frame_id;  ///< the map's own name for its frame
   std::string summary;   ///< dims, ranks, voxel size, bytes in file and in memory
-  std::size_t file_bytes = 0;
+  std::vector<std::uint8_t> bytes;  ///< of the map file
 };
 
 /// Decodes, checks and prepares. Throws MapFormatError.

@@ -8,9 +8,13 @@
 #include <string>
 
 #include "ttsdf_localization/field/distance_field.h"
+#include "ttsdf_localization/map/tt_sdf_map.h"
 #include "ttsdf_localization/mapping/surface_mesh.h"
 
 namespace ttsdf {
+
+/// Throws std::runtime_error if the map has too many voxels to be decompressed for a picture.
+void requireShowable(const TtSdfMap& map);
 
 /// TRIANGLE_LIST, coloured by the direction a triangle faces so that shapes show without lighting. An empty
 /// mesh gives a marker with action DELETE: the surface shown before goes away. At most `max_triangles`: a
