@@ -58,7 +58,7 @@ void Localizer::setMap(PreparedMap map) {
   registration_ = std::move(map.registration);
   tracker_ = std::move(map.tracker);
   globals_done_ = 0;
-  usual_inliers_ = 0.0;
+  forgetUsualFit();
   if (global_running_) {
     global_running_ = false;  // it searches the old map
     if (motion_.hasPose()) {
@@ -97,7 +97,7 @@ void Localizer::reset() {
   global_running_ = false;
   motion_.reset();
   believed_.reset();
-  usual_inliers_ = 0.0;
+  forgetUsualFit();
   guesses_.clear();
   start_guess_.reset();
   stopConfirming();
@@ -194,7 +194,7 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
                                                                     options_.search.translation_sigma)};
     LocalizationUpdate found = searchAround(scan, {spread}, options_.search);
     // Places further away are for those who are lost.
-    if (!judge(found, recoveryInliers()) && found.registration.score < update.registration.score &&
+    if (!judgeNearLast(found) && found.registration.score < update.registration.score &&
         !checkPlausible(scan, *prior, found.registration)) {
       found.relocalized = true;
       return accept(scan, *prior, found);
@@ -281,12 +281,14 @@ LocalizationUpdate Localizer::believe(const LocalizerScan& scan, LocalizationUpd
   // Rises at once and falls slowly: people in front of the camera do not lower what is usual.
   const double inliers = update.registration.inlier_ratio;
   usual_inliers_ = std::max(inliers, usual_inliers_ + kUsualGain * (inliers - usual_inliers_));
+  const double score = update.registration.score;
+  usual_score_ = std::min(score, usual_score_ + kUsualGain * (score - usual_score_));
   update.pose_valid = true;
   believed_ =
       PoseGuess{update.T_map_base, update.covariance, scan.stamp, scan.T_odom_base, true, "last pose"};
   if (update.registration.weak_directions > 0) {
     update.message = std::to_string(update.registration.weak_directions) +
-                     " directions without information: the prior is kept there";
+                     " directions with little information: the prior counts there";
   }
   return finish(update);
 }
@@ -324,6 +326,11 @@ bool Localizer::confirming() const { return confirmations_left_ > 0 || confirmed
 void Localizer::stopConfirming() {
   confirmations_left_ = 0;
   confirmed_from_ = kNever;
+}
+
+void Localizer::forgetUsualFit() {
+  usual_inliers_ = 0.0;
+  usual_score_ = 1.0;
 }
 
 void Localizer::becomeLost(int searches_done) {

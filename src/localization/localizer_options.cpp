@@ -35,6 +35,8 @@ const OptionTable<GateOptions>& gateOptionTable() {
                "The same after a search: a place found has to explain the scan")
           .add("recovery_behind_ratio", &O::recovery_behind_ratio, 0.0, 1.0, "",
                "Largest share of points behind mapped surfaces, as the scan sees them, after a search")
+          .add("recovery_score_margin", &O::recovery_score_margin, 0.0, 1.0, "",
+               "A place found near the last pose may have a score that is worse than usual by this")
           .add("max_jump_translation", &O::max_jump_translation, 0.0, 100.0, "m",
                "Largest distance of a tracked pose from its prior.")
           .add("max_jump_rotation", &O::max_jump_rotation, 0.0, 3.15, "rad",

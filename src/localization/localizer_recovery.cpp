@@ -127,6 +127,16 @@ Refusal Localizer::judge(const LocalizationUpdate& found, double min_inlier_rati
   return {found.reason, found.message};  // too far from what was asked for
 }
 
+Refusal Localizer::judgeNearLast(const LocalizationUpdate& found) const {
+  if (Refusal refusal = judge(found, recoveryInliers())) return refusal;
+  const double most = usual_score_ + options_.gates.recovery_score_margin;
+  if (found.registration.score <= most) return {};
+  std::ostringstream text;
+  text << std::setprecision(2) << "score " << found.registration.score << ", at most " << most
+       << " allowed: usual is " << usual_score_ << " (recovery_score_margin)";
+  return {RefusalReason::kLowScore, text.str()};
+}
+
 LocalizationUpdate Localizer::recover(const LocalizerScan& scan) {
   LocalizationUpdate update = blank(scan);
   const std::optional<Prediction> prior = motion_.predict(scan);
@@ -136,7 +146,7 @@ LocalizationUpdate Localizer::recover(const LocalizerScan& scan) {
     return finish(update);
   }
   update = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
-  const Refusal refusal = judge(update, recoveryInliers());
+  const Refusal refusal = judgeNearLast(update);
   if (!refusal) return place(scan, update, options_.recovery.confirmation_seconds);
   if (refusal.reason != RefusalReason::kTooFewPoints) ++searches_done_;
   update.reason = refusal.reason;
@@ -170,7 +180,7 @@ LocalizationUpdate Localizer::wait(const LocalizerScan& scan) {
   if (prior && recovery.waiting_retry_seconds > 0.0 &&
       searchDue(scan.stamp, recovery.waiting_retry_seconds)) {
     LocalizationUpdate found = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
-    if (!judge(found, recoveryInliers())) return place(scan, found, recovery.confirmation_seconds);
+    if (!judgeNearLast(found)) return place(scan, found, recovery.confirmation_seconds);
   }
   update.message = "waiting for a pose: initialpose, ~relocalize or ~global_localization";
   return finish(update);

@@ -60,9 +60,13 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
           .add("min_known_ratio", &O::min_known_ratio, 0.0, 1.0, "",
                "Share of points in known space that a registration needs")
           .add("weak_threshold", &O::weak_threshold, 0.0, 0.5, "",
-               "A direction with less of the information keeps the prior and is reported as weak")
+               "A direction with less of the information is reported as weak")
+          .add("hold_weak", &O::hold_weak,
+               "Weak directions stay at the prior; off: they follow the little the scan says, for a prior "
+               "that counts "
+               "afterwards")
           .add("weak_sigma", &O::weak_sigma, 0.01, 100.0, "m",
-               "Standard deviation reported for weak directions")
+               "Standard deviation reported for directions that stay at the prior")
           .add("check_facing", &O::check_facing,
                "Points behind a mapped surface, as the scan sees it, carry no information; needs scans taken "
                "from "
@@ -187,7 +191,7 @@ class Registration::Impl {
     stage.rotation_epsilon = options_.rotation_epsilon;
     stage.translation_epsilon = options_.translation_epsilon;
     stage.cost_epsilon = options_.cost_epsilon;
-    stage.weak_threshold = options_.weak_threshold;
+    stage.weak_threshold = heldBelow();
     return stage;
   }
 
@@ -206,6 +210,9 @@ class Registration::Impl {
     }
     finish(best, iterations, result);
   }
+
+  /// Share of the information below which a direction is left at the prior.
+  double heldBelow() const { return options_.hold_weak ? options_.weak_threshold : 0.0; }
 
   double blocked(const StageResult& stage) const {
     return blockedShare(*field_, long_range_.get(), scan_, stage.T_map_sensor, kRays);
@@ -297,7 +304,7 @@ class Registration::Impl {
     if (result.success) {
       const Matrix6d about_centroid =
           sandwichCovariance(*field_, scan_, stage.T_map_sensor, model(options_.kernel_scale_end),
-                             kClusterSize, options_.weak_threshold, options_.weak_sigma);
+                             kClusterSize, heldBelow(), options_.weak_sigma);
       // Twists about the sensor's position: its translation also moves by the rotation times the lever arm.
       Matrix6d shift = Matrix6d::Identity();
       shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());

@@ -116,6 +116,7 @@ class Localizer {
   Refusal examine(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base_prior,
                   double min_inlier_ratio, LocalizationUpdate& update) const;
   void becomeLost(int searches_done);
+  void forgetUsualFit();
   /// Least inlier ratio while tracking, and after a search near the last pose.
   double trackingInliers() const;
   double recoveryInliers() const;
@@ -131,6 +132,8 @@ class Localizer {
   LocalizationUpdate searchAround(const LocalizerScan& scan, const std::vector<Prediction>& candidates,
                                   const SearchOptions& search);
   Refusal judge(const LocalizationUpdate& found, double min_inlier_ratio) const;
+  /// Held to what is usual: a wrong place near the last pose fits worse.
+  Refusal judgeNearLast(const LocalizationUpdate& found) const;
   bool searchDue(double stamp, double period);
   Prediction recoveryPrior(const Prediction& prediction) const;
   Prediction widened(Prediction prediction) const;
@@ -148,6 +151,7 @@ class Localizer {
   std::optional<PoseGuess> start_guess_;  ///< the last one from outside, tried again after a time jump
   std::optional<PoseGuess> believed_;     ///< the last pose published as good
   double usual_inliers_ = 0.0;            ///< slow average of the inlier ratio while tracking; 0: not known
+  double usual_score_ = 1.0;              ///< the same of the score; 1: not known
   int guess_attempts_ = 0;
   int confirmations_left_ = 0;
   int refused_in_row_ = 0;

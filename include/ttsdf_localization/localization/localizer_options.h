@@ -21,6 +21,7 @@ struct GateOptions {
   double max_unmapped_ratio = 0.85;  ///< points outside the map, in unknown space or behind surfaces / points
   double recovery_unmapped_ratio = 0.6;  ///< the same after a search: a place has to explain the scan
   double recovery_behind_ratio = 0.1;    ///< points behind mapped surfaces / points, after a search
+  double recovery_score_margin = 0.15;   ///< score against its usual value, after a search near the last pose
   double max_jump_translation = 0.5;     ///< pose against its prior [m]
   double max_jump_rotation = 0.35;       ///< [rad]
   int max_weak_directions = 3;           ///< one wall or a floor leaves 3, a corridor 1
@@ -64,10 +65,9 @@ struct RecoveryOptions {
 const OptionTable<RecoveryOptions>& recoveryOptionTable();
 
 struct LocalizerOptions {
-  /// A prior that is as good as the last pose and the odometry hides slow slides: a direction keeps it only
-  /// where the scan says next to nothing, a tenth of what a single registration asks for.
+  /// The prior counts after the registration, by its covariance.
   LocalizerOptions() {
-    registration.weak_threshold = 0.001;
+    registration.hold_weak = false;
     registration.weak_sigma = 100.0;  // what is not measured must not count as a measurement
   }
 

@@ -37,9 +37,10 @@ struct RegistrationOptions {
   double inlier_distance = 0.05;      ///< |f| below this is an inlier [m]
   double min_inlier_ratio = 0.4;      ///< of the points in known space; fewer is no success
   double min_known_ratio = 0.2;       ///< share of points in known space that is needed
-  double weak_threshold =
-      0.01;                  ///< directions with less information keep the prior (and are reported as weak)
-  double weak_sigma = 1.0;   ///< standard deviation reported for them [m] (rotation: over the scan's radius)
+  double weak_threshold = 0.01;       ///< directions with less information are reported as weak
+  bool hold_weak = true;              ///< and stay at the prior
+  double weak_sigma =
+      1.0;  ///< standard deviation reported for them then [m] (rotation: over the scan's radius)
   bool check_facing = true;  ///< points behind a mapped surface, as the scan sees it, carry no information
   bool long_range = true;    ///< pull scans in by a coarse distance field made from the map when it is loaded
   int restarts = 32;  ///< further starts around the prior when the first one explains the scan badly ...
