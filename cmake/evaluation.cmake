@@ -41,7 +41,7 @@ ttsdf_unit_test(evaluation/synthetic_frames_test.cpp LIBS ttsdf_evaluation ttsdf
 
 # The script around it: its parts, and a whole run on simulated data. Debian's Python, whatever comes first in PATH.
 if(TTSDF_BUILD_TESTS)
-  foreach(name evaluation_page evaluate_quick)
+  foreach(name evaluation_page registration_report evaluate_quick)
     add_test(NAME ${name}_test COMMAND /usr/bin/python3 "${CMAKE_CURRENT_SOURCE_DIR}/test/evaluation/${name}_test.py")
     set_tests_properties(${name}_test PROPERTIES ENVIRONMENT "TTSDF_BUILD_DIR=${CMAKE_BINARY_DIR}" TIMEOUT 600)
   endforeach()

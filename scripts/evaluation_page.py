@@ -37,7 +37,9 @@ to 1 m, mapped at 1 cm from the mesh, five views each, every 4th pixel, visible 
 """
 
 
-FURTHER = "[Where the error comes from](accuracy.md): what is the field's, the compression's and the truth's."
+FURTHER = {
+    "accuracy.md": "[Where the error comes from](accuracy.md): what is the field's, the compression's and the truth's.",
+    "registration.md": "[Registration](registration.md): what it promises, and which promises it keeps."}
 
 
 class PageError(Exception):
@@ -178,7 +180,7 @@ def write(output, folder):
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     parts = ["# Results", run_section(evaluation.run_facts()), verdict_section(evaluation, title_of, table),
-             *([FURTHER] if (folder / "accuracy.md").exists() else []),
+             *(text for page, text in FURTHER.items() if (folder / page).exists()),
              "## Methods\n" + METHODS.rstrip()]
     parts += [group_section(group, rows, folder) for group, rows in evaluation.local.items()]
     if evaluation.without_prior:

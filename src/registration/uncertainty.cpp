@@ -24,11 +24,20 @@ double gradientNoise(const NormalEquations& equations) {
   return kLeast + kMore * std::min(1.0, squares / (kRms * kRms));
 }
 
-/// Score vectors w r J of the valid points with the key of the cell they fall into, sorted by cell.
-struct ClusteredScore {
-  std::uint64_t cell;
-  Vector6d score;
+// Points of one orientation within a cell of this size [m] are taken to lie on the same surface. Cells meet
+// at the scan's centroid: a wall may be off, and tilted.
+constexpr double kSurfaceSize = 1.5;
+// Offset of a surface that leaves no trace at all in the residuals, in voxels: interpolation, steps of the
+// sensor.
+constexpr double kHiddenOffset = 0.025;
+
+/// What a valid point says, and the cell and surface it belongs to.
+struct Score {
+  std::uint64_t cell, surface;
+  double weight, residual;
+  Vector6d jacobian;
 };
+using Scores = std::vector<Score>;
 
 std::uint64_t cellKey(float x, float y, float z, double size) {
   const auto quantise = [size](float v) {
@@ -37,15 +46,25 @@ std::uint64_t cellKey(float x, float y, float z, double size) {
   return quantise(x) | (quantise(y) << 21) | (quantise(z) << 42);
 }
 
-std::vector<ClusteredScore> scores(const DistanceField& field, const ScanBuffer& scan, int count,
-                                   const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model,
-                                   double cluster) {
+/// One per axis and sense of the normal, and cell of kSurfaceSize about `centre`.
+std::uint64_t surfaceKey(const Eigen::Vector3f& point, const Eigen::Vector3d& normal,
+                         const Eigen::Vector3f& centre) {
+  int axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  const Eigen::Vector3f p = point - centre;
+  const auto side = static_cast<std::uint64_t>(2 * axis + (normal[axis] > 0.0 ? 1 : 0));
+  return 8 * cellKey(p.x(), p.y(), p.z(), kSurfaceSize) + side;
+}
+
+Scores scoresOf(const DistanceField& field, const ScanBuffer& scan, int count,
+                const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model, double cluster) {
   Eigen::Matrix3Xf lever(3, count);
   for (int n = 0; n < count; ++n) lever.col(n) << scan.x()[n], scan.y()[n], scan.z()[n];
   lever = T_map_sensor.linear().cast<float>() * lever;
-  const Eigen::Matrix3Xf points = lever.colwise() + (T_map_sensor * scan.centroid()).cast<float>().eval();
+  const Eigen::Vector3f centre = (T_map_sensor * scan.centroid()).cast<float>();
+  const Eigen::Matrix3Xf points = lever.colwise() + centre;
   const FieldSamples samples = field.evaluate(points);
-  std::vector<ClusteredScore> result;
+  Scores result;
   result.reserve(static_cast<std::size_t>(count));
   for (int n = 0; n < count; ++n) {
     if (samples.states[static_cast<std::size_t>(n)] != PointState::kValid) continue;
@@ -58,12 +77,47 @@ std::vector<ClusteredScore> scores(const DistanceField& field, const ScanBuffer&
     if (gradient.norm() > 1.0) gradient.normalize();
     Vector6d J;
     J << lever.col(n).cast<double>().cross(gradient), gradient;
-    result.push_back({cellKey(points(0, n), points(1, n), points(2, n), cluster), weight * r * J});
+    result.push_back({cellKey(points(0, n), points(1, n), points(2, n), cluster),
+                      surfaceKey(points.col(n), gradient, centre), weight, r, J});
   }
-  std::stable_sort(result.begin(), result.end(),
-                   [](const ClusteredScore& a, const ClusteredScore& b) { return a.cell < b.cell; });
   return result;
 }
+
+/// Calls `visit(begin, end)` for the scores of every cell, or every surface; returns how many there are.
+template <class Visit>
+int forEachGroup(Scores& scores, std::uint64_t Score::*key, const Visit& visit) {
+  std::stable_sort(scores.begin(), scores.end(),
+                   [key](const Score& a, const Score& b) { return a.*key < b.*key; });
+  int groups = 0;
+  for (auto begin = scores.cbegin(); begin != scores.cend(); ++groups) {
+    const auto end =
+        std::find_if(begin, scores.cend(), [&](const Score& s) { return s.*key != (*begin).*key; });
+    visit(begin, end);
+    begin = end;
+  }
+  return groups;
+}
+
+/// Variance of what the residuals of a cell have in common [m^2]: the mean product of two of them. Noise that
+/// is independent from point to point adds nothing to it.
+class SharedVariance {
+ public:
+  template <class Iterator>
+  void add(Iterator begin, Iterator end) {
+    double w = 0.0, w2 = 0.0, wr = 0.0, w2r2 = 0.0;
+    for (auto s = begin; s != end; ++s) {
+      const double product = s->weight * s->residual;
+      w += s->weight, w2 += s->weight * s->weight, wr += product, w2r2 += product * product;
+    }
+    if (!(w > 0.0)) return;
+    products_ += (wr * wr - w2r2) / w;
+    weights_ += (w * w - w2) / w;
+  }
+  double value() const { return weights_ > 0.0 ? std::max(0.0, products_ / weights_) : 0.0; }
+
+ private:
+  double products_ = 0.0, weights_ = 0.0;  // of pairs
+};
 
 }  // namespace
 
@@ -76,20 +130,31 @@ Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
   Vector6d s = Vector6d::Ones();
   s.head<3>().setConstant(1.0 / std::max(scan.radius(), 1e-3));
 
+  const auto scaled_twist = [&](const Vector6d& sum) -> Vector6d {
+    return info.directions.transpose() * (s.asDiagonal() * sum);
+  };
+  Scores scores = scoresOf(field, scan, count, T_map_sensor, model, cluster_size);
   Matrix6d B = Matrix6d::Zero();
-  int clusters = 0;
-  const auto sorted = scores(field, scan, count, T_map_sensor, model, cluster_size);
-  for (std::size_t begin = 0; begin < sorted.size();) {
-    std::size_t end = begin;
+  SharedVariance shared;
+  const int clusters = forEachGroup(scores, &Score::cell, [&](auto begin, auto end) {
     Vector6d sum = Vector6d::Zero();
-    for (; end < sorted.size() && sorted[end].cell == sorted[begin].cell; ++end) sum += sorted[end].score;
-    sum = info.directions.transpose() * (s.asDiagonal() * sum);
-    B += sum * sum.transpose();
-    ++clusters;
-    begin = end;
-  }
+    for (auto n = begin; n != end; ++n) sum += n->weight * n->residual * n->jacobian;
+    const Vector6d twist = scaled_twist(sum);
+    B += twist * twist.transpose();
+    shared.add(begin, end);
+  });
   // Small-sample correction: six parameters were fitted to as many independent scores as there are clusters.
   B *= static_cast<double>(clusters) / std::max(1, clusters - 6);
+  // The pose takes up the offset of a whole surface, and the residuals do not show it: it is taken to be as
+  // large as what neighbours have in common.
+  const double hidden = kHiddenOffset * field.geometry().voxel_size;
+  const double offset_variance = shared.value() + hidden * hidden;
+  forEachGroup(scores, &Score::surface, [&](auto begin, auto end) {
+    Vector6d sum = Vector6d::Zero();
+    for (auto n = begin; n != end; ++n) sum += n->weight * n->jacobian;
+    const Vector6d twist = scaled_twist(sum);
+    B += offset_variance * twist * twist.transpose();
+  });
   const double noise = gradientNoise(equations), known_from = std::max(weak_threshold, kNoInformation);
   Vector6d inverse = Vector6d::Zero();
   for (int d = 0; d < 6; ++d) {

@@ -153,4 +153,25 @@ void writeRow(std::ostream& out, const RegistrationRow& row) {
   out << '\n';
 }
 
+void writeUncertaintyHeader(std::ostream& out) {
+  out << "scan,weak_directions";
+  for (int a = 0; a < 6; ++a) {
+    for (int b = 0; b < 6; ++b) out << ",c" << a << b;
+  }
+  out << '\n';
+}
+
+void writeUncertainty(std::ostream& out, const RegistrationRow& row) {
+  const bool known = row.result.success && !row.unreadable;
+  out << std::setprecision(9) << quoted(row.scan) << ',';
+  if (known) out << row.result.weak_directions;
+  for (int a = 0; a < 6; ++a) {
+    for (int b = 0; b < 6; ++b) {
+      out << ',';
+      if (known) out << row.result.covariance(a, b);
+    }
+  }
+  out << '\n';
+}
+
 }  // namespace ttsdf

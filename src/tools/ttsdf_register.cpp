@@ -15,7 +15,7 @@
 namespace {
 
 struct Arguments {
-  std::string map, batch, output, mode = "track", gravity, map_down, interpolation = "trilinear";
+  std::string map, batch, output, uncertainty, mode = "track", gravity, map_down, interpolation = "trilinear";
   int repeat = 1;
   bool dense = false;
   ttsdf::RegistrationOptions registration;
@@ -30,6 +30,8 @@ void declare(ttsdf::CommandLine& line, Arguments& a) {
              "files with a "
              "4x4 row-major T_map_sensor. Names are relative to the working folder or to the list's.")
       .value("output", "OUT.csv", a.output, "One row per line of the list.")
+      .value("uncertainty", "OUT.csv", a.uncertainty,
+             "Also the covariance of every estimate and its number of weak directions.")
       .value("mode", "MODE", a.mode,
              "track: one start; search: many starts around the prior; global: no prior ('-').")
       .value("gravity", "GX,GY,GZ", a.gravity, "Down direction in the sensor frame (mode global).")
@@ -132,6 +134,11 @@ int run(int argc, char** argv) {
   Task task(a, ttsdf::loadMap(a.map));
   std::ofstream out(a.output);
   out << ttsdf::kRegistrationCsvHeader << '\n';
+  std::ofstream uncertainty;
+  if (!a.uncertainty.empty()) {
+    uncertainty.open(a.uncertainty);
+    ttsdf::writeUncertaintyHeader(uncertainty);
+  }
   ttsdf::Progress progress;
   std::string first_error;
   std::size_t unreadable = 0;
@@ -148,8 +155,10 @@ int run(int argc, char** argv) {
       row.unreadable = true;
     }
     ttsdf::writeRow(out, row);
+    if (!a.uncertainty.empty()) ttsdf::writeUncertainty(uncertainty, row);
   }
   if (!out.flush()) throw std::runtime_error("'" + a.output + "': cannot write");
+  if (!uncertainty.flush()) throw std::runtime_error("'" + a.uncertainty + "': cannot write");
   if (unreadable > 0) {
     throw std::runtime_error(std::to_string(unreadable) + " of " + std::to_string(entries.size()) +
                              " entries could not be read; first: " + first_error);

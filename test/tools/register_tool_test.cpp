@@ -79,6 +79,20 @@ TEST_F(RegisterTool, ScanWithoutUsablePointsIsARowAndNoFailure) {
   EXPECT_EQ(cellsOf(output().at(2))[3], "1");
 }
 
+TEST_F(RegisterTool, UncertaintyHasARowPerScan) {
+  const std::string path = *folder_ / "uncertainty.csv";
+  ASSERT_EQ(run("scan.bin prior.txt\nnan.bin prior.txt\n", {"--uncertainty", path}).exit_code, 0);
+  const auto lines = linesOf(fileText(path));
+  ASSERT_EQ(lines.size(), 3u);
+  for (const auto& line : lines) EXPECT_EQ(cellsOf(line).size(), 38u) << line;
+  EXPECT_EQ(cellsOf(lines[0])[37], "c55");
+  EXPECT_EQ(cellsOf(lines[1])[1], "0") << "weak directions of a room";
+  EXPECT_GT(std::stod(cellsOf(lines[1])[37]), 0.0);
+  EXPECT_EQ(cellsOf(lines[2])[37], "") << "no estimate, no covariance";
+  expectError(run("scan.bin prior.txt\n", {"--uncertainty", *folder_ / "absent/file.csv"}), 1,
+              {"cannot write"});
+}
+
 TEST_F(RegisterTool, UnreadableScanLeavesTheOthersAndEndsInFailure) {
   const auto result = run("absent.pcd prior.txt truth.txt\nscan.bin prior.txt truth.txt\n");
   expectError(result, 1, {"1 of 2", "absent.pcd"});

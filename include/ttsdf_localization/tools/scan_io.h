@@ -40,4 +40,10 @@ struct RegistrationRow {
 
 void writeRow(std::ostream& out, const RegistrationRow& row);
 
+/// Scan, number of weak directions, and the covariance row by row: twists [rotation; translation] of the map
+/// frame about the sensor's position, in radians and metres. Empty cells without an estimate that may be
+/// used.
+void writeUncertaintyHeader(std::ostream& out);
+void writeUncertainty(std::ostream& out, const RegistrationRow& row);
+
 }  // namespace ttsdf
