@@ -18,8 +18,23 @@ using Offsets =
 
 constexpr int kMaxSteps = 6;  // of a descent or of jumps; two are the rule
 
+/// A triangle with what tells at once where the foot of a sample on its plane lies.
 struct Triangle {
+  Triangle(const Eigen::Vector3f& a_in, const Eigen::Vector3f& b_in, const Eigen::Vector3f& c_in)
+      : a(a_in), b(b_in), c(c_in) {
+    const Eigen::Vector3f e1 = b - a, e2 = c - a, n = e1.cross(e2);
+    const float squared = n.squaredNorm();
+    if (!(squared > 0.0F)) return;
+    to_b = e2.cross(n) / squared;
+    to_c = n.cross(e1) / squared;
+    normal = n / std::sqrt(squared);
+  }
+
   Eigen::Vector3f a, b, c;
+  /// Weights of b and c of a point's foot are to_b . (p - a) and to_c . (p - a). A triangle without area has
+  /// no inside.
+  Eigen::Vector3f to_b = Eigen::Vector3f::Zero(), to_c = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
 };
 
 /// Which triangles touch the unit cube around a sample.
@@ -71,16 +86,17 @@ class Search {
  public:
   Search(const SurfaceMesh& mesh, const Dims& dims, const NearestSurfaceOptions& options)
       : dims_(dims), options_(options), triangles_(unpack(mesh)), bins_(triangles_, dims) {
-    if (bins_.empty())
+    if (bins_.empty() && std::isinf(options.none_beyond))
       throw std::invalid_argument("nearest surface: got no triangle inside the grid, wanted at least one");
   }
 
   NearestSurface run() {
-    transform();
     const auto count = static_cast<std::size_t>(dims_[0]) * static_cast<std::size_t>(dims_[1]) *
                        static_cast<std::size_t>(dims_[2]);
     result_.triangle.assign(count, -1);
-    result_.distance.assign(count, 0.0F);
+    result_.distance.assign(count, std::numeric_limits<float>::infinity());
+    if (bins_.empty()) return std::move(result_);
+    transform();
     forEachSlice(0.0, 0.6, [this](const Eigen::Array3i& voxel, std::size_t n) { start(voxel, n); });
     offsets_ = vigra::MultiArray<3, Offsets>();
     before_ = result_;
@@ -96,10 +112,11 @@ class Search {
   };
 
   static std::vector<Triangle> unpack(const SurfaceMesh& mesh) {
-    std::vector<Triangle> triangles(static_cast<std::size_t>(mesh.triangles.cols()));
-    for (std::size_t n = 0; n < triangles.size(); ++n) {
-      const Eigen::Vector3i t = mesh.triangles.col(static_cast<Eigen::Index>(n));
-      triangles[n] = {mesh.vertices.col(t[0]), mesh.vertices.col(t[1]), mesh.vertices.col(t[2])};
+    std::vector<Triangle> triangles;
+    triangles.reserve(static_cast<std::size_t>(mesh.triangles.cols()));
+    for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
+      const Eigen::Vector3i t = mesh.triangles.col(n);
+      triangles.emplace_back(mesh.vertices.col(t[0]), mesh.vertices.col(t[1]), mesh.vertices.col(t[2]));
     }
     return triangles;
   }
@@ -111,11 +128,21 @@ class Search {
                 static_cast<std::size_t>(dims_[1]) * static_cast<std::size_t>(v[2]));
   }
 
+  /// Where only near feet are asked for, cells of 2^3 samples are an eighth of the work: the steps along the
+  /// surface lead to the same foot. Far out nobody takes those steps.
   void transform() {
-    const vigra::Shape3 shape(dims_[0], dims_[1], dims_[2]);
+    side_ = std::isinf(options_.none_beyond) ? 1 : 2;
+    cells_ = (dims_ + side_ - 1) / side_;
+    const vigra::Shape3 shape(cells_[0], cells_[1], cells_[2]);
     vigra::MultiArray<3, std::uint8_t> surface(shape);
-    for (std::size_t n = 0; n < static_cast<std::size_t>(surface.size()); ++n)
-      surface.data()[n] = bins_.occupied(n) ? 1 : 0;
+    std::size_t n = 0;
+    for (int k = 0; k < dims_[2]; ++k) {
+      for (int j = 0; j < dims_[1]; ++j) {
+        for (int i = 0; i < dims_[0]; ++i, ++n) {
+          if (bins_.occupied(n)) surface(i / side_, j / side_, k / side_) = 1;
+        }
+      }
+    }
     offsets_.reshape(shape);
     vigra::separableVectorDistance(surface, offsets_, true);
   }
@@ -136,19 +163,57 @@ class Search {
   }
 
   void tryCube(const Eigen::Vector3f& p, std::size_t cube, Best& best) const {
+    // Most feet lie inside a triangle, and the plane distances then rule out the others.
+    for (const auto* t = bins_.begin(cube); t != bins_.end(cube); ++t) tryInside(p, *t, best);
     for (const auto* t = bins_.begin(cube); t != bins_.end(cube); ++t) tryTriangle(p, *t, best);
   }
-  void tryTriangle(const Eigen::Vector3f& p, std::int32_t number, Best& best) const {
+
+  void tryInside(const Eigen::Vector3f& p, std::int32_t number, Best& best) const {
     const Triangle& t = triangles_[static_cast<std::size_t>(number)];
+    const Eigen::Vector3f d = p - t.a;
+    const float b = t.to_b.dot(d), c = t.to_c.dot(d), a = 1.0F - b - c;
+    if (!(b > 0.0F && c > 0.0F && a > 0.0F)) return;
+    const float along = t.normal.dot(d);
+    if (along * along < best.squared) best = {number, along * along, {p - along * t.normal, {a, b, c}}};
+  }
+
+  void tryTriangle(const Eigen::Vector3f& p, std::int32_t number, Best& best) const {
+    constexpr float kEqual = 1.0F - 1e-6F;  // no nearer than rounding
+    const Triangle& t = triangles_[static_cast<std::size_t>(number)];
+    const float along = t.normal.dot(p - t.a);
+    if (along * along >= kEqual * best.squared) return;
     const TriangleFoot foot = closestPoint(p, t.a, t.b, t.c);
     const float squared = (p - foot.point).squaredNorm();
     if (squared < best.squared) best = {number, squared, foot};
   }
 
-  /// Surface voxel nearest to a sample.
+  const Offsets& offsetAt(const Eigen::Array3i& v) const { return offsets_(v[0] / side_, v[1] / side_, v[2] / side_); }
+
+  /// A surface voxel near a sample: the nearest one in the nearest cell that has any.
   Eigen::Array3i surfaceVoxel(const Eigen::Array3i& v) const {
-    const Offsets& o = offsets_.data()[offset(v)];
-    return v + Eigen::Array3i(o[0], o[1], o[2]);
+    const Offsets& o = offsetAt(v);
+    const Eigen::Array3i first = side_ * (v / side_ + Eigen::Array3i(o[0], o[1], o[2]));
+    if (side_ == 1) return first;
+    Eigen::Array3i nearest = first;
+    int least = std::numeric_limits<int>::max();
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Array3i voxel = first + Eigen::Array3i(corner & 1, (corner >> 1) & 1, corner >> 2);
+      if ((voxel >= dims_).any()) continue;
+      const int squared = (voxel - v).square().sum();
+      if (squared < least && bins_.occupied(offset(voxel))) nearest = voxel, least = squared;
+    }
+    return nearest;
+  }
+
+  /// Whether all surface is further from a sample than anyone cares: the cells' centres say where it can be
+  /// at best.
+  bool outOfReach(const Eigen::Array3i& v) const {
+    if (std::isinf(options_.none_beyond)) return false;
+    constexpr float kSlack = 2.6F;  // half diagonals of a cell and of its samples [voxel]
+    const Offsets& o = offsetAt(v);
+    const int squared = o[0] * o[0] + o[1] * o[1] + o[2] * o[2];
+    const float limit = 0.5F * (options_.none_beyond + kSlack);
+    return static_cast<float>(squared) > limit * limit;
   }
 
   Eigen::Array3i cubeOf(const Eigen::Vector3f& point) const {
@@ -172,8 +237,7 @@ class Search {
   void jump(const Eigen::Vector3f& p, Best& best) const {
     for (int step = 0; step < kMaxSteps && best.foot.weights.minCoeff() <= 0.0F; ++step) {
       const Triangle& t = triangles_[static_cast<std::size_t>(best.triangle)];
-      const Eigen::Vector3f normal = (t.b - t.a).cross(t.c - t.a).normalized();
-      const Eigen::Vector3f target = p - normal.dot(p - t.a) * normal;
+      const Eigen::Vector3f target = p - t.normal.dot(p - t.a) * t.normal;
       const float squared = best.squared;
       tryCube(p, offset(surfaceVoxel(cubeOf(target))), best);
       if (!(best.squared < squared)) return;
@@ -181,6 +245,7 @@ class Search {
   }
 
   void start(const Eigen::Array3i& voxel, std::size_t n) {
+    if ((options_.wanted && !(*options_.wanted)[n]) || outOfReach(voxel)) return;
     const Eigen::Vector3f p = voxel.cast<float>();
     Best best;
     tryCube(p, offset(surfaceVoxel(voxel)), best);
@@ -194,7 +259,7 @@ class Search {
 
   /// A neighbour may have found a foot that is nearer to this sample than its own.
   void exchange(const Eigen::Array3i& voxel, std::size_t n) {
-    if (before_.distance[n] > options_.exact_within + 2.0F) return;
+    if (before_.triangle[n] < 0 || before_.distance[n] > options_.exact_within + 2.0F) return;
     const Eigen::Vector3f p = voxel.cast<float>();
     Best best;
     tryTriangle(p, before_.triangle[n], best);
@@ -205,7 +270,7 @@ class Search {
         v[axis] += side;
         if (v[axis] < 0 || v[axis] >= dims_[axis]) continue;
         const std::int32_t triangle = before_.triangle[offset(v)];
-        if (triangle != best.triangle) tryTriangle(p, triangle, best);
+        if (triangle >= 0 && triangle != best.triangle) tryTriangle(p, triangle, best);
       }
     }
     if (best.squared < squared) descend(p, best);
@@ -219,7 +284,9 @@ class Search {
   const NearestSurfaceOptions& options_;
   std::vector<Triangle> triangles_;
   TriangleBins bins_;
-  vigra::MultiArray<3, Offsets> offsets_;
+  int side_ = 1;  // of a cell [sample]
+  Dims cells_ = Dims::Zero();
+  vigra::MultiArray<3, Offsets> offsets_;  // per cell
   NearestSurface before_, result_;
 };
 
