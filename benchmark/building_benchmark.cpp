@@ -2,7 +2,8 @@
 // to the map file, with the time of every step, the peak memory of the process and the errors near the
 // surface.
 //
-// scripts/build --no-ros --benchmarks building_benchmark; then: building_benchmark --max-rank 40 --refine-iterations 4
+// scripts/build --no-ros --benchmarks building_benchmark; then: building_benchmark --max-rank 40
+// --refine-iterations 4
 
 #include <sys/resource.h>
 
@@ -147,7 +148,8 @@ int run(int argc, char** argv) {
               dims[2], 1e-6 * static_cast<double>(built.map.geometry.voxelCount()),
               1e-6 * static_cast<double>(built.report.dense_bytes), 100.0 * built.report.observed_share);
   std::printf("ranks %d and %d, %s: file %zu bytes, in memory %zu bytes\n", built.report.rank1,
-              built.report.rank2, built.report.encoding.c_str(), built.report.file_bytes, built.report.memory_bytes);
+              built.report.rank2, built.report.encoding.c_str(), built.report.file_bytes,
+              built.report.memory_bytes);
   std::printf("rms error near the surface: %.2f mm against the uncompressed field, %.2f mm to the scene\n",
               1e3 * built.report.surface_rms, 1e3 * errorAgainstScene(built, scene));
   return 0;

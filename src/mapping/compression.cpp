@@ -60,8 +60,8 @@ TensorTrain decompose(const FieldSlabs& slabs, const Ranks& ranks, const BuildOp
 }
 
 /// Bytes of the map, and the map as a reader of them sees it.
-void encode(const TtSdfMap& map, const FieldSlabs& slabs, const FieldError& error, const BuildOptions& options,
-            const BuildProgress& progress, BuiltMap& built) {
+void encode(const TtSdfMap& map, const FieldSlabs& slabs, const FieldError& error,
+            const BuildOptions& options, const BuildProgress& progress, BuiltMap& built) {
   const Encoding encoding = encodingFromName(options.encoding);
   if (encoding == Encoding::kQuantized && options.refine_iterations > 0) {
     // Shares of the error that the ranks leave. With ranks as given, the encoding adds little to it; within a

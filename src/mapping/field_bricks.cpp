@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kSide = FieldBricks::kSide;
 constexpr int kSamples = kSide * kSide * kSide;
-constexpr int kLevels = 32766;                // of value; the last bit of a code says whether it is known
+constexpr int kLevels = 32766;               // of value; the last bit of a code says whether it is known
 constexpr std::uint16_t kLoose = 2 * 32767;  // until fillLoose
 
 /// Places of a sample between the means of two bricks, which sit at the bricks' middles.
@@ -28,6 +28,18 @@ Span spanOf(int sample, int bricks) {
   const int low = static_cast<int>(std::floor(place));
   return {std::clamp(low, 0, bricks - 1), std::clamp(low + 1, 0, bricks - 1),
           place - static_cast<float>(low)};
+}
+
+/// The samples of a brick along its first axis, which lie side by side.
+inline void decodeRow(const std::uint16_t* __restrict codes, float low, float step, float* __restrict values,
+                      std::uint8_t* __restrict known) {
+  std::array<float, kSide> row;
+  for (std::size_t r = 0; r < kSide; ++r) row[r] = low + step * static_cast<float>(codes[r] >> 1);
+  std::copy(row.begin(), row.end(), values);
+  if (!known) return;
+  std::array<std::uint8_t, kSide> flags;
+  for (std::size_t r = 0; r < kSide; ++r) flags[r] = static_cast<std::uint8_t>(codes[r] & 1U);
+  std::copy(flags.begin(), flags.end(), known);
 }
 
 }  // namespace
@@ -194,6 +206,10 @@ void FieldBricks::readSlab(int axis, int index, int rows, int columns, float* va
           continue;
         }
         const std::uint16_t* source = samples + (index % kSide) * stride(axis) + c * column_stride;
+        if (rows == 0 && r_count == kSide) {
+          decodeRow(source, low_, step_, values + n, known ? known + n : nullptr);
+          continue;
+        }
         for (int r = 0; r < r_count; ++r)
           values[n + static_cast<std::size_t>(r)] = decode(source[r * row_stride]);
         if (!known) continue;

@@ -118,11 +118,14 @@ void FieldSlabs::weigh(int j, const Eigen::Ref<const MatrixXf>& values, const Fl
   Flags supported(static_cast<std::size_t>(size(0)), 1);
   for (int c = 0; c < size(2); ++c) {
     if (!mask.empty() && c % mask.cellVoxels() == 0) {
-      Dims voxel = Dims::Zero();
-      voxel[mode(1)] = j;
-      voxel[mode(2)] = c;
-      for (int& r = voxel[mode(0)]; r < size(0); ++r)
-        supported[static_cast<std::size_t>(r)] = mask.atVoxel(voxel[0], voxel[1], voxel[2]) ? 1 : 0;
+      Dims cell = Dims::Zero();
+      cell[mode(1)] = j / mask.cellVoxels();
+      cell[mode(2)] = c / mask.cellVoxels();
+      for (int r = 0; r < size(0); r += mask.cellVoxels()) {
+        cell[mode(0)] = r / mask.cellVoxels();
+        std::fill_n(supported.begin() + r, std::min(mask.cellVoxels(), size(0) - r),
+                    mask.at(cell[0], cell[1], cell[2]) ? std::uint8_t{1} : std::uint8_t{0});
+      }
     }
     const float* value = values.data() + static_cast<Index>(c) * size(0);
     const std::uint8_t* seen = known.data() + static_cast<Index>(c) * size(0);

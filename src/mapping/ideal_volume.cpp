@@ -95,8 +95,7 @@ TsdfVolume idealVolume(const DistanceSampler& distances, const Eigen::Array3i& b
   }
   TsdfVolume volume(options);
   Filler filler(volume, distances, begin, size);
-  const Eigen::Array3i first =
-      begin.unaryExpr([](int index) { return index & ~(kSide - 1); });
+  const Eigen::Array3i first = begin.unaryExpr([](int index) { return index & ~(kSide - 1); });
   const Dims portions = (begin + size - first + kPortion - 1) / kPortion;
   parallelFor(portions.prod(), options.threads, [&](int n) {
     const Eigen::Array3i at(n % portions[0], n / portions[0] % portions[1], n / portions[0] / portions[1]);

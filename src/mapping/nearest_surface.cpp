@@ -16,7 +16,9 @@ namespace {
 using Offsets =
     vigra::TinyVector<short, 3>;  // a third of the memory of int; VIGRA starts from twice the sum of extents
 
-constexpr int kMaxSteps = 6;  // of a descent or of jumps; two are the rule
+constexpr int kMaxSteps = 6;               // of a descent or of jumps; two are the rule
+constexpr int kMaxPasses = 64;             // of exchange between neighbours; ten are the rule
+constexpr float kNoNearer = 1.0F - 1e-6F;  // of a squared distance: rounding
 
 /// A triangle with what tells at once where the foot of a sample on its plane lies.
 struct Triangle {
@@ -99,8 +101,7 @@ class Search {
     transform();
     forEachSlice(0.0, 0.6, [this](const Eigen::Array3i& voxel, std::size_t n) { start(voxel, n); });
     offsets_ = vigra::MultiArray<3, Offsets>();
-    before_ = result_;
-    forEachSlice(0.6, 1.0, [this](const Eigen::Array3i& voxel, std::size_t n) { exchange(voxel, n); });
+    settle();
     return std::move(result_);
   }
 
@@ -134,12 +135,17 @@ class Search {
     side_ = std::isinf(options_.none_beyond) ? 1 : 2;
     cells_ = (dims_ + side_ - 1) / side_;
     const vigra::Shape3 shape(cells_[0], cells_[1], cells_[2]);
+    corners_.reshape(shape);
+    corners_.init(0);
     vigra::MultiArray<3, std::uint8_t> surface(shape);
     std::size_t n = 0;
     for (int k = 0; k < dims_[2]; ++k) {
       for (int j = 0; j < dims_[1]; ++j) {
         for (int i = 0; i < dims_[0]; ++i, ++n) {
-          if (bins_.occupied(n)) surface(i / side_, j / side_, k / side_) = 1;
+          if (!bins_.occupied(n)) continue;
+          const unsigned corner = side_ == 1 ? 0U : (i & 1U) | ((j & 1U) << 1) | ((k & 1U) << 2);
+          surface(i / side_, j / side_, k / side_) = 1;
+          corners_(i / side_, j / side_, k / side_) |= static_cast<std::uint8_t>(1U << corner);
         }
       }
     }
@@ -164,43 +170,50 @@ class Search {
 
   void tryCube(const Eigen::Vector3f& p, std::size_t cube, Best& best) const {
     // Most feet lie inside a triangle, and the plane distances then rule out the others.
-    for (const auto* t = bins_.begin(cube); t != bins_.end(cube); ++t) tryInside(p, *t, best);
+    for (const auto* t = bins_.begin(cube); t != bins_.end(cube); ++t) {
+      if (tryInside(p, *t, best)) break;
+    }
     for (const auto* t = bins_.begin(cube); t != bins_.end(cube); ++t) tryTriangle(p, *t, best);
   }
 
-  void tryInside(const Eigen::Vector3f& p, std::int32_t number, Best& best) const {
+  bool tryInside(const Eigen::Vector3f& p, std::int32_t number, Best& best) const {
     const Triangle& t = triangles_[static_cast<std::size_t>(number)];
     const Eigen::Vector3f d = p - t.a;
     const float b = t.to_b.dot(d), c = t.to_c.dot(d), a = 1.0F - b - c;
-    if (!(b > 0.0F && c > 0.0F && a > 0.0F)) return;
+    if (!(b > 0.0F && c > 0.0F && a > 0.0F)) return false;
     const float along = t.normal.dot(d);
-    if (along * along < best.squared) best = {number, along * along, {p - along * t.normal, {a, b, c}}};
+    if (!(along * along < best.squared)) return false;
+    best = {number, along * along, {p - along * t.normal, {a, b, c}}};
+    return true;
   }
 
   void tryTriangle(const Eigen::Vector3f& p, std::int32_t number, Best& best) const {
-    constexpr float kEqual = 1.0F - 1e-6F;  // no nearer than rounding
     const Triangle& t = triangles_[static_cast<std::size_t>(number)];
     const float along = t.normal.dot(p - t.a);
-    if (along * along >= kEqual * best.squared) return;
+    if (along * along >= kNoNearer * best.squared) return;
     const TriangleFoot foot = closestPoint(p, t.a, t.b, t.c);
     const float squared = (p - foot.point).squaredNorm();
     if (squared < best.squared) best = {number, squared, foot};
   }
 
-  const Offsets& offsetAt(const Eigen::Array3i& v) const { return offsets_(v[0] / side_, v[1] / side_, v[2] / side_); }
+  const Offsets& offsetAt(const Eigen::Array3i& v) const {
+    return offsets_(v[0] / side_, v[1] / side_, v[2] / side_);
+  }
 
   /// A surface voxel near a sample: the nearest one in the nearest cell that has any.
   Eigen::Array3i surfaceVoxel(const Eigen::Array3i& v) const {
     const Offsets& o = offsetAt(v);
-    const Eigen::Array3i first = side_ * (v / side_ + Eigen::Array3i(o[0], o[1], o[2]));
+    const Eigen::Array3i cell = v / side_ + Eigen::Array3i(o[0], o[1], o[2]);
+    const Eigen::Array3i first = side_ * cell;
     if (side_ == 1) return first;
+    const unsigned corners = corners_(cell[0], cell[1], cell[2]);
     Eigen::Array3i nearest = first;
     int least = std::numeric_limits<int>::max();
     for (int corner = 0; corner < 8; ++corner) {
+      if (((corners >> corner) & 1U) == 0) continue;
       const Eigen::Array3i voxel = first + Eigen::Array3i(corner & 1, (corner >> 1) & 1, corner >> 2);
-      if ((voxel >= dims_).any()) continue;
       const int squared = (voxel - v).square().sum();
-      if (squared < least && bins_.occupied(offset(voxel))) nearest = voxel, least = squared;
+      if (squared < least) nearest = voxel, least = squared;
     }
     return nearest;
   }
@@ -257,25 +270,92 @@ class Search {
     result_.distance[n] = std::sqrt(best.squared);
   }
 
-  /// A neighbour may have found a foot that is nearer to this sample than its own.
-  void exchange(const Eigen::Array3i& voxel, std::size_t n) {
-    if (before_.triangle[n] < 0 || before_.distance[n] > options_.exact_within + 2.0F) return;
+  /// A start may lead to the wrong one of two surfaces (a corner, the two sides of a gap). Feet then wander
+  /// from sample to sample until nothing changes: what is left hardly depends on the starts.
+  void settle() {
+    std::vector<std::vector<Move>> moves(static_cast<std::size_t>(dims_[2]));
+    forEachSlice(0.6, 1.0, [&](const Eigen::Array3i& voxel, std::size_t n) {
+      const Best best = exchange(voxel, n);
+      if (best.triangle >= 0)
+        moves[static_cast<std::size_t>(voxel[2])].push_back({n, best.triangle, best.squared});
+    });
+    std::vector<std::size_t> moved;
+    for (const auto& slice : moves) apply(slice, moved);
+    for (int pass = 1; pass < kMaxPasses && !moved.empty(); ++pass) {
+      const std::vector<std::size_t> around = neighbours(moved);
+      std::vector<Best> best(around.size());
+      constexpr int kChunk = 256;
+      const auto count = static_cast<int>(around.size());
+      parallelFor((count + kChunk - 1) / kChunk, options_.threads, [&](int chunk) {
+        for (int n = chunk * kChunk; n < std::min(count, (chunk + 1) * kChunk); ++n) {
+          const std::size_t sample = around[static_cast<std::size_t>(n)];
+          best[static_cast<std::size_t>(n)] = exchange(voxelAt(sample), sample);
+        }
+      });
+      std::vector<Move> next;
+      for (std::size_t n = 0; n < around.size(); ++n) {
+        if (best[n].triangle >= 0) next.push_back({around[n], best[n].triangle, best[n].squared});
+      }
+      moved.clear();
+      apply(next, moved);
+    }
+  }
+
+  /// A sample and its new foot.
+  struct Move {
+    std::size_t sample;
+    std::int32_t triangle;
+    float squared;
+  };
+  void apply(const std::vector<Move>& moves, std::vector<std::size_t>& moved) {
+    for (const Move& move : moves) {
+      result_.triangle[move.sample] = move.triangle;
+      result_.distance[move.sample] = std::sqrt(move.squared);
+      moved.push_back(move.sample);
+    }
+  }
+
+  Eigen::Array3i voxelAt(std::size_t n) const {
+    const auto n0 = static_cast<std::size_t>(dims_[0]), n1 = static_cast<std::size_t>(dims_[1]);
+    return {static_cast<int>(n % n0), static_cast<int>(n / n0 % n1), static_cast<int>(n / n0 / n1)};
+  }
+
+  template <class Function>
+  void forEachNeighbour(const Eigen::Array3i& voxel, std::size_t n, const Function& fn) const {
+    std::size_t step = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (voxel[axis] > 0) fn(n - step);
+      if (voxel[axis] + 1 < dims_[axis]) fn(n + step);
+      step *= static_cast<std::size_t>(dims_[axis]);
+    }
+  }
+
+  std::vector<std::size_t> neighbours(const std::vector<std::size_t>& samples) const {
+    std::vector<std::size_t> around;
+    around.reserve(6 * samples.size());
+    for (const std::size_t n : samples)
+      forEachNeighbour(voxelAt(n), n, [&](std::size_t m) { around.push_back(m); });
+    std::sort(around.begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    return around;
+  }
+
+  /// A neighbour may have found a foot that is nearer to this sample than its own; no triangle if none has.
+  Best exchange(const Eigen::Array3i& voxel, std::size_t n) const {
+    const std::int32_t own = result_.triangle[n];
+    const float distance = result_.distance[n];
+    if (own < 0 || distance > options_.exact_within + 2.0F) return {};
     const Eigen::Vector3f p = voxel.cast<float>();
     Best best;
-    tryTriangle(p, before_.triangle[n], best);
-    const float squared = best.squared;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int side : {-1, 1}) {
-        Eigen::Array3i v = voxel;
-        v[axis] += side;
-        if (v[axis] < 0 || v[axis] >= dims_[axis]) continue;
-        const std::int32_t triangle = before_.triangle[offset(v)];
-        if (triangle >= 0 && triangle != best.triangle) tryTriangle(p, triangle, best);
-      }
-    }
-    if (best.squared < squared) descend(p, best);
-    result_.triangle[n] = best.triangle;
-    result_.distance[n] = std::sqrt(best.squared);
+    best.triangle = own;
+    best.squared = kNoNearer * distance * distance;
+    forEachNeighbour(voxel, n, [&](std::size_t m) {
+      const std::int32_t triangle = result_.triangle[m];
+      if (triangle >= 0 && triangle != best.triangle) tryTriangle(p, triangle, best);
+    });
+    if (best.triangle == own) return {};
+    descend(p, best);
+    return best;
   }
 
   float reach() const { return (options_.exact_within + 4.0F) * (options_.exact_within + 4.0F); }
@@ -286,8 +366,9 @@ class Search {
   TriangleBins bins_;
   int side_ = 1;  // of a cell [sample]
   Dims cells_ = Dims::Zero();
-  vigra::MultiArray<3, Offsets> offsets_;  // per cell
-  NearestSurface before_, result_;
+  vigra::MultiArray<3, Offsets> offsets_;       // per cell
+  vigra::MultiArray<3, std::uint8_t> corners_;  // per cell, one bit per sample: surface in its cube
+  NearestSurface result_;
 };
 
 }  // namespace

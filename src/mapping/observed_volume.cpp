@@ -106,9 +106,8 @@ ObservedGrid observedGrid(const TsdfVolume& volume, const Eigen::Array3i& origin
   observed.state.resize(count);
   const int first = BlockCopier::floored(origin[2]);
   const int layers = (origin[2] + dims[2] - first + kSide - 1) / kSide;
-  parallelFor(layers, threads, [&](int layer) {
-    BlockCopier(volume.grids(), observed).copyLayer(first + kSide * layer);
-  });
+  parallelFor(layers, threads,
+              [&](int layer) { BlockCopier(volume.grids(), observed).copyLayer(first + kSide * layer); });
   return observed;
 }
 

@@ -112,8 +112,8 @@ class TileSampler {
     const DenseTensor& values = distance.values;
     const auto first =
         static_cast<std::ptrdiff_t>(values.offset(inner.begin[0], inner.begin[1], inner.begin[2]));
-    FieldBricks::Samples samples{values.data() + first, distance.known.data() + first, loose.data() + first,
-                                 {}};
+    FieldBricks::Samples samples{
+        values.data() + first, distance.known.data() + first, loose.data() + first, {}};
     samples.strides << 1, static_cast<std::ptrdiff_t>(values.offset(0, 1, 0)),
         static_cast<std::ptrdiff_t>(values.offset(0, 0, 1));
     bricks_.store(core.begin, core.size, samples);

@@ -21,8 +21,7 @@ struct Subspace {
 };
 
 void checkOptions(const TtSvdOptions& options) {
-  if (options.max_rank1 < 0 || options.max_rank2 < 0 || !(options.tolerance >= 0.0) ||
-      options.threads < 1) {
+  if (options.max_rank1 < 0 || options.max_rank2 < 0 || !(options.tolerance >= 0.0) || options.threads < 1) {
     std::ostringstream text;
     text << "ttSvd: got ranks " << options.max_rank1 << ", " << options.max_rank2 << ", tolerance "
          << options.tolerance << " and " << options.threads
@@ -86,7 +85,8 @@ class SlabSums {
       }
     });
     for (std::size_t part = 1; part < sums.size(); ++part) {
-      if (sums[part].size() > 0) sums[0] = sums[0].size() > 0 ? Eigen::MatrixXd(sums[0] + sums[part]) : sums[part];
+      if (sums[part].size() > 0)
+        sums[0] = sums[0].size() > 0 ? Eigen::MatrixXd(sums[0] + sums[part]) : sums[part];
     }
     return sums[0];
   }

@@ -1,10 +1,10 @@
+#include "ttsdf_localization/mapping/field_bricks.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 #include <vector>
-
-#include "ttsdf_localization/mapping/field_bricks.h"
 
 namespace ttsdf {
 namespace {

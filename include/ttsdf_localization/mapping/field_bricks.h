@@ -24,7 +24,7 @@ class FieldBricks {
 
   /// Samples of a box; strides: steps in the arrays along each axis.
   struct Samples {
-    const float* values;              ///< [m]
+    const float* values;                ///< [m]
     const std::uint8_t *known, *loose;  ///< loose: the value means nothing
     Eigen::Array<std::ptrdiff_t, 3, 1> strides;
   };
