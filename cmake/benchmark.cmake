@@ -7,3 +7,8 @@ foreach(name kernel field iteration registration map)
   target_link_libraries(${name}_benchmark PRIVATE
     ttsdf_simulation ttsdf_mapping ttsdf_core benchmark::benchmark benchmark::benchmark_main ttsdf_warnings)
 endforeach()
+
+# One run of a whole building: minutes and a gigabyte, so no loop around it.
+add_executable(building_benchmark benchmark/building_benchmark.cpp)
+target_link_libraries(building_benchmark PRIVATE
+  ttsdf_tools ttsdf_simulation ttsdf_mapping ttsdf_core ttsdf_warnings)

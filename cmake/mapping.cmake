@@ -31,6 +31,7 @@ ttsdf_library(ttsdf_mapping
     src/mapping/tsdf_volume.cpp
     src/mapping/vdb_import.cpp
     src/mapping/vdb_io.cpp
+    src/mapping/ideal_volume.cpp
     # volume or mesh -> signed field
     src/mapping/observed_grid.cpp
     src/mapping/observed_volume.cpp
@@ -44,8 +45,11 @@ ttsdf_library(ttsdf_mapping
     src/mapping/hole_filling.cpp
     src/mapping/smooth_unknown.cpp
     src/mapping/field_grid.cpp
+    src/mapping/field_bricks.cpp
     src/mapping/sampled_field.cpp
+    src/mapping/surface_survey.cpp
     src/mapping/sampled_field_surface.cpp
+    src/mapping/sampled_field_tiles.cpp
     src/mapping/sampled_field_baselines.cpp
     src/mapping/mesh_io.cpp
     src/mapping/mesh_sides.cpp
@@ -53,7 +57,7 @@ ttsdf_library(ttsdf_mapping
     # signed field -> compressed map
     src/mapping/build_options.cpp
     src/mapping/build_report.cpp
-    src/mapping/field_weights.cpp
+    src/mapping/field_slabs.cpp
     src/mapping/compression.cpp
   PUBLIC ttsdf_core
   PRIVATE OpenVDB::openvdb TBB::tbb assimp::assimp ${VIGRAIMPEX_LIBRARY}
@@ -75,4 +79,6 @@ ttsdf_unit_test(mapping/observed_surface_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(mapping/nearest_surface_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(mapping/manhattan_frame_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(mapping/sampled_field_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(mapping/field_bricks_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(mapping/sampled_tiles_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(mapping/mesh_sampling_test.cpp LIBS ttsdf_mapping)

@@ -34,6 +34,10 @@ const OptionTable<BuildOptions>& buildOptionTable() {
           .add("support_distance", &O::support_distance, 0.0, 10.0, "m",
                "How far sideways of an observed surface the map still knows something")
           .add("margin", &O::margin, 0.0, 100.0, "m", "Border of the box around the observed surface")
+          .add("max_dense_voxels", &O::max_dense_voxels, 0, 2000000000, "voxel",
+               "Grids of more voxels are sampled in tiles and kept in about a byte per voxel (needs both "
+               "clamps "
+               "and sdf_method surface); smaller ones in dense arrays, at up to 40 bytes per voxel")
           .add("threads", &O::threads, 1, 256, "", "Threads");
   return table;
 }

@@ -7,11 +7,9 @@
 #include <regex>
 #include <stdexcept>
 
-#include "field_weights.h"
+#include "field_slabs.h"
 #include "ttsdf_localization/map/compact_map.h"
 #include "ttsdf_localization/mapping/map_builder.h"
-#include "ttsdf_localization/tensor/tt_svd.h"
-#include "ttsdf_localization/tensor/tt_weighted.h"
 
 namespace ttsdf {
 
@@ -45,56 +43,27 @@ void tell(const BuildProgress& progress, const char* step, double share) {
   if (progress && !progress(step, share)) throw std::runtime_error("cancelled");
 }
 
-/// Errors of a decoded train against the sampled field.
-struct FieldError {
-  double relative = 0.0;   ///< |F - TT| / |F| over the whole box
-  double surface = 0.0;    ///< rms of known voxels within 3 cm of the surface [m]
-  double total_rms = 0.0;  ///< over the whole box [m]
-};
-
-FieldError compare(const SampledField& field, const TensorTrain& train) {
-  constexpr float kNear = 0.03f;
-  const DenseTensor approximation = full(train);
-  double squares = 0.0, error = 0.0, near_error = 0.0;
-  std::size_t near_count = 0;
-  for (std::size_t n = 0; n < field.values.size(); ++n) {
-    const double value = field.values.data()[n], d = value - static_cast<double>(approximation.data()[n]);
-    squares += value * value;
-    error += d * d;
-    if (std::abs(field.values.data()[n]) <= kNear && field.known[n]) {
-      near_error += d * d;
-      ++near_count;
-    }
-  }
-  FieldError result;
-  result.relative = squares > 0.0 ? std::sqrt(error / squares) : 0.0;
-  result.surface = near_count > 0 ? std::sqrt(near_error / static_cast<double>(near_count)) : 0.0;
-  result.total_rms = std::sqrt(error / static_cast<double>(field.values.size()));
-  return result;
-}
-
-/// The train of these ranks; `weights` empty: plain TT-SVD.
-TensorTrain decompose(const SampledField& field, const std::vector<float>& weights, const Ranks& ranks,
-                      const BuildOptions& options, const BuildProgress& progress) {
+TensorTrain decompose(const FieldSlabs& slabs, const Ranks& ranks, const BuildOptions& options,
+                      const BuildProgress& progress) {
   TtSvdOptions svd;
   svd.max_rank1 = ranks.r1;
   svd.max_rank2 = ranks.r2;
   svd.tolerance = options.tolerance;
-  const TensorTrain plain = ttSvd(field.values, svd).train;
-  if (weights.empty()) return plain;
+  svd.threads = options.threads;
+  TensorTrain plain = ttSvd(slabs.dims(), slabs.values(), svd).train;
+  if (options.refine_iterations == 0) return plain;
   WeightedFitOptions fit;
   fit.iterations = options.refine_iterations;
   fit.threads = options.threads;
   fit.keep_going = [&progress](double share) { return !progress || progress("refining", share); };
-  return fitWeighted(field.values, weights, plain, fit);
+  return fitWeighted(slabs.weighted(), plain, fit);
 }
 
 /// Bytes of the map, and the map as a reader of them sees it.
-void encode(const TtSdfMap& map, const SampledField& field, const std::vector<float>& weights,
-            const FieldError& error, const BuildOptions& options, const BuildProgress& progress,
-            BuiltMap& built) {
+void encode(const TtSdfMap& map, const FieldSlabs& slabs, const FieldError& error,
+            const BuildOptions& options, const BuildProgress& progress, BuiltMap& built) {
   const Encoding encoding = encodingFromName(options.encoding);
-  if (encoding == Encoding::kQuantized && !weights.empty()) {
+  if (encoding == Encoding::kQuantized && options.refine_iterations > 0) {
     // Shares of the error that the ranks leave. With ranks as given, the encoding adds little to it; within a
     // budget, higher ranks stored more coarsely are better than lower ones stored finely.
     constexpr double kShareOfRanks = 0.5, kShareInBudget = 1.5;
@@ -105,7 +74,7 @@ void encode(const TtSdfMap& map, const SampledField& field, const std::vector<fl
     if (options.quantization > 0.0) compact.threshold = options.quantization;
     compact.threads = options.threads;
     compact.keep_going = [&progress](double share) { return !progress || progress("encoding", share); };
-    CompactMap result = compactMap(map, field.values, weights, compact);
+    CompactMap result = compactMap(map, slabs.weighted(), compact);
     built.bytes = std::move(result.bytes);
     built.map = std::move(result.map);
     return;
@@ -123,8 +92,8 @@ BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, cons
   tell(progress, "decomposing", 0.0);
   const Stopwatch decomposing;
   TtSdfMap map;
-  const auto weights = options.refine_iterations > 0 ? surfaceWeights(field, options) : std::vector<float>();
-  map.train = decompose(field, weights, ranks, options, progress);
+  const FieldSlabs slabs(field, options);
+  map.train = decompose(slabs, ranks, options, progress);
   map.geometry = field.geometry;
   if (options.support_mask) map.mask = field.mask;
   map.kind = fieldKindFromName(options.field);
@@ -136,19 +105,17 @@ BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, cons
 
   tell(progress, "encoding", 0.0);
   const Stopwatch encoding;
-  const FieldError before = compare(field, map.train);
+  const FieldError before = slabs.compare(map.train);
   BuildReport& report = built.report;
   report.rank1 = map.train.rank1();
   report.rank2 = map.train.rank2();
   report.encoding = options.encoding;
-  report.dense_bytes = field.values.size() * sizeof(float);
-  report.observed_share =
-      static_cast<double>(std::count(field.known.begin(), field.known.end(), std::uint8_t{1})) /
-      static_cast<double>(field.known.size());
+  report.dense_bytes = field.geometry.voxelCount() * sizeof(float);
+  report.observed_share = slabs.knownShare();
   map.metadata["observed_share"] = std::to_string(report.observed_share);
   map.metadata["surface_rms_before_encoding"] = std::to_string(before.surface);
-  encode(map, field, weights, before, options, progress, built);
-  const FieldError after = compare(field, built.map.train);
+  encode(map, slabs, before, options, progress, built);
+  const FieldError after = slabs.compare(built.map.train);
   report.relative_error = after.relative;
   report.surface_rms = after.surface;
   report.file_bytes = built.bytes.size();
@@ -165,7 +132,7 @@ template <class Fits>
 BuiltMap compressWithin(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
                         bool want_smallest, const Fits& fits, const BuildProgress& progress) {
   constexpr int kFirstRank = 8, kLargestRank = 128;
-  const int largest = std::min(kLargestRank, field.values.dims().maxCoeff());
+  const int largest = std::min(kLargestRank, field.geometry.dims.maxCoeff());
   int below = 0, above = largest + 1;  // of the smallest rank that fits, or of the largest
   std::optional<BuiltMap> best;
   BuildReport last;
@@ -195,10 +162,6 @@ BuiltMap compressWithin(const SampledField& field, const FusionOptions& fusion, 
 BuiltMap compress(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
                   const BuildProgress& progress) {
   buildOptionTable().validate(options);
-  if (field.known.size() != field.values.size()) {
-    throw std::invalid_argument("compress: got " + std::to_string(field.known.size()) + " flags for " +
-                                std::to_string(field.values.size()) + " voxels, wanted as many");
-  }
   if (options.target_bytes > 0 && options.target_surface_error > 0.0) {
     throw std::invalid_argument("compress: got target_bytes and target_surface_error, wanted one of them");
   }

@@ -22,6 +22,10 @@ Eigen::Matrix3d gridRotation(const SurfaceMesh& mesh, const Eigen::Matrix3Xf* ve
       normal = vertex_normals->col(t[0]) + vertex_normals->col(t[1]) + vertex_normals->col(t[2]);
     normals.col(n) = normal.normalized();
   }
+  return gridRotation(normals, areas);
+}
+
+Eigen::Matrix3d gridRotation(const Eigen::Matrix3Xf& normals, const Eigen::VectorXf& areas) {
   if (!(areas.sum() > 0.0F)) return Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d R = manhattanFrame(normals, areas).R_map_frame;
   // A grid that is all but straight stays straight: its samples then coincide with those of the fusion.

@@ -12,6 +12,8 @@ constexpr int kMaskCellVoxels = 4;
 /// Columns: the grid's axes in the map frame, along the dominant planes if there are any, else the map's.
 /// `vertex_normals`, if given, stand for the faces' own (a measured surface: they are smoother).
 Eigen::Matrix3d gridRotation(const SurfaceMesh& mesh, const Eigen::Matrix3Xf* vertex_normals);
+/// From unit normals and areas.
+Eigen::Matrix3d gridRotation(const Eigen::Matrix3Xf& normals, const Eigen::VectorXf& areas);
 
 /// Samples from the bounds of `points_map` - margin to their bounds + margin along the axes of `R_map_grid`;
 /// without a turn they coincide with the samples voxel_size * integer of the map frame. Throws

@@ -16,10 +16,27 @@ namespace {
 using Offsets =
     vigra::TinyVector<short, 3>;  // a third of the memory of int; VIGRA starts from twice the sum of extents
 
-constexpr int kMaxSteps = 6;  // of a descent or of jumps; two are the rule
+constexpr int kMaxSteps = 6;               // of a descent or of jumps; two are the rule
+constexpr int kMaxPasses = 64;             // of exchange between neighbours; ten are the rule
+constexpr float kNoNearer = 1.0F - 1e-6F;  // of a squared distance: rounding
 
+/// A triangle with what tells at once where the foot of a sample on its plane lies.
 struct Triangle {
+  Triangle(const Eigen::Vector3f& a_in, const Eigen::Vector3f& b_in, const Eigen::Vector3f& c_in)
+      : a(a_in), b(b_in), c(c_in) {
+    const Eigen::Vector3f e1 = b - a, e2 = c - a, n = e1.cross(e2);
+    const float squared = n.squaredNorm();
+    if (!(squared > 0.0F)) return;
+    to_b = e2.cross(n) / squared;
+    to_c = n.cross(e1) / squared;
+    normal = n / std::sqrt(squared);
+  }
+
   Eigen::Vector3f a, b, c;
+  /// Weights of b and c of a point's foot are to_b . (p - a) and to_c . (p - a). A triangle without area has
+  /// no inside.
+  Eigen::Vector3f to_b = Eigen::Vector3f::Zero(), to_c = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
 };
 
 /// Which triangles touch the unit cube around a sample.
@@ -71,20 +88,20 @@ class Search {
  public:
   Search(const SurfaceMesh& mesh, const Dims& dims, const NearestSurfaceOptions& options)
       : dims_(dims), options_(options), triangles_(unpack(mesh)), bins_(triangles_, dims) {
-    if (bins_.empty())
+    if (bins_.empty() && std::isinf(options.none_beyond))
       throw std::invalid_argument("nearest surface: got no triangle inside the grid, wanted at least one");
   }
 
   NearestSurface run() {
-    transform();
     const auto count = static_cast<std::size_t>(dims_[0]) * static_cast<std::size_t>(dims_[1]) *
                        static_cast<std::size_t>(dims_[2]);
     result_.triangle.assign(count, -1);
-    result_.distance.assign(count, 0.0F);
+    result_.distance.assign(count, std::numeric_limits<float>::infinity());
+    if (bins_.empty()) return std::move(result_);
+    transform();
     forEachSlice(0.0, 0.6, [this](const Eigen::Array3i& voxel, std::size_t n) { start(voxel, n); });
     offsets_ = vigra::MultiArray<3, Offsets>();
-    before_ = result_;
-    forEachSlice(0.6, 1.0, [this](const Eigen::Array3i& voxel, std::size_t n) { exchange(voxel, n); });
+    settle();
     return std::move(result_);
   }
 
@@ -96,10 +113,11 @@ class Search {
   };
 
   static std::vector<Triangle> unpack(const SurfaceMesh& mesh) {
-    std::vector<Triangle> triangles(static_cast<std::size_t>(mesh.triangles.cols()));
-    for (std::size_t n = 0; n < triangles.size(); ++n) {
-      const Eigen::Vector3i t = mesh.triangles.col(static_cast<Eigen::Index>(n));
-      triangles[n] = {mesh.vertices.col(t[0]), mesh.vertices.col(t[1]), mesh.vertices.col(t[2])};
+    std::vector<Triangle> triangles;
+    triangles.reserve(static_cast<std::size_t>(mesh.triangles.cols()));
+    for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
+      const Eigen::Vector3i t = mesh.triangles.col(n);
+      triangles.emplace_back(mesh.vertices.col(t[0]), mesh.vertices.col(t[1]), mesh.vertices.col(t[2]));
     }
     return triangles;
   }
@@ -111,11 +129,26 @@ class Search {
                 static_cast<std::size_t>(dims_[1]) * static_cast<std::size_t>(v[2]));
   }
 
+  /// Where only near feet are asked for, cells of 2^3 samples are an eighth of the work: the steps along the
+  /// surface lead to the same foot. Far out nobody takes those steps.
   void transform() {
-    const vigra::Shape3 shape(dims_[0], dims_[1], dims_[2]);
+    side_ = std::isinf(options_.none_beyond) ? 1 : 2;
+    cells_ = (dims_ + side_ - 1) / side_;
+    const vigra::Shape3 shape(cells_[0], cells_[1], cells_[2]);
+    corners_.reshape(shape);
+    corners_.init(0);
     vigra::MultiArray<3, std::uint8_t> surface(shape);
-    for (std::size_t n = 0; n < static_cast<std::size_t>(surface.size()); ++n)
-      surface.data()[n] = bins_.occupied(n) ? 1 : 0;
+    std::size_t n = 0;
+    for (int k = 0; k < dims_[2]; ++k) {
+      for (int j = 0; j < dims_[1]; ++j) {
+        for (int i = 0; i < dims_[0]; ++i, ++n) {
+          if (!bins_.occupied(n)) continue;
+          const unsigned corner = side_ == 1 ? 0U : (i & 1U) | ((j & 1U) << 1) | ((k & 1U) << 2);
+          surface(i / side_, j / side_, k / side_) = 1;
+          corners_(i / side_, j / side_, k / side_) |= static_cast<std::uint8_t>(1U << corner);
+        }
+      }
+    }
     offsets_.reshape(shape);
     vigra::separableVectorDistance(surface, offsets_, true);
   }
@@ -136,19 +169,64 @@ class Search {
   }
 
   void tryCube(const Eigen::Vector3f& p, std::size_t cube, Best& best) const {
+    // Most feet lie inside a triangle, and the plane distances then rule out the others.
+    for (const auto* t = bins_.begin(cube); t != bins_.end(cube); ++t) {
+      if (tryInside(p, *t, best)) break;
+    }
     for (const auto* t = bins_.begin(cube); t != bins_.end(cube); ++t) tryTriangle(p, *t, best);
   }
+
+  bool tryInside(const Eigen::Vector3f& p, std::int32_t number, Best& best) const {
+    const Triangle& t = triangles_[static_cast<std::size_t>(number)];
+    const Eigen::Vector3f d = p - t.a;
+    const float b = t.to_b.dot(d), c = t.to_c.dot(d), a = 1.0F - b - c;
+    if (!(b > 0.0F && c > 0.0F && a > 0.0F)) return false;
+    const float along = t.normal.dot(d);
+    if (!(along * along < best.squared)) return false;
+    best = {number, along * along, {p - along * t.normal, {a, b, c}}};
+    return true;
+  }
+
   void tryTriangle(const Eigen::Vector3f& p, std::int32_t number, Best& best) const {
     const Triangle& t = triangles_[static_cast<std::size_t>(number)];
+    const float along = t.normal.dot(p - t.a);
+    if (along * along >= kNoNearer * best.squared) return;
     const TriangleFoot foot = closestPoint(p, t.a, t.b, t.c);
     const float squared = (p - foot.point).squaredNorm();
     if (squared < best.squared) best = {number, squared, foot};
   }
 
-  /// Surface voxel nearest to a sample.
+  const Offsets& offsetAt(const Eigen::Array3i& v) const {
+    return offsets_(v[0] / side_, v[1] / side_, v[2] / side_);
+  }
+
+  /// A surface voxel near a sample: the nearest one in the nearest cell that has any.
   Eigen::Array3i surfaceVoxel(const Eigen::Array3i& v) const {
-    const Offsets& o = offsets_.data()[offset(v)];
-    return v + Eigen::Array3i(o[0], o[1], o[2]);
+    const Offsets& o = offsetAt(v);
+    const Eigen::Array3i cell = v / side_ + Eigen::Array3i(o[0], o[1], o[2]);
+    const Eigen::Array3i first = side_ * cell;
+    if (side_ == 1) return first;
+    const unsigned corners = corners_(cell[0], cell[1], cell[2]);
+    Eigen::Array3i nearest = first;
+    int least = std::numeric_limits<int>::max();
+    for (int corner = 0; corner < 8; ++corner) {
+      if (((corners >> corner) & 1U) == 0) continue;
+      const Eigen::Array3i voxel = first + Eigen::Array3i(corner & 1, (corner >> 1) & 1, corner >> 2);
+      const int squared = (voxel - v).square().sum();
+      if (squared < least) nearest = voxel, least = squared;
+    }
+    return nearest;
+  }
+
+  /// Whether all surface is further from a sample than anyone cares: the cells' centres say where it can be
+  /// at best.
+  bool outOfReach(const Eigen::Array3i& v) const {
+    if (std::isinf(options_.none_beyond)) return false;
+    constexpr float kSlack = 2.6F;  // half diagonals of a cell and of its samples [voxel]
+    const Offsets& o = offsetAt(v);
+    const int squared = o[0] * o[0] + o[1] * o[1] + o[2] * o[2];
+    const float limit = 0.5F * (options_.none_beyond + kSlack);
+    return static_cast<float>(squared) > limit * limit;
   }
 
   Eigen::Array3i cubeOf(const Eigen::Vector3f& point) const {
@@ -172,8 +250,7 @@ class Search {
   void jump(const Eigen::Vector3f& p, Best& best) const {
     for (int step = 0; step < kMaxSteps && best.foot.weights.minCoeff() <= 0.0F; ++step) {
       const Triangle& t = triangles_[static_cast<std::size_t>(best.triangle)];
-      const Eigen::Vector3f normal = (t.b - t.a).cross(t.c - t.a).normalized();
-      const Eigen::Vector3f target = p - normal.dot(p - t.a) * normal;
+      const Eigen::Vector3f target = p - t.normal.dot(p - t.a) * t.normal;
       const float squared = best.squared;
       tryCube(p, offset(surfaceVoxel(cubeOf(target))), best);
       if (!(best.squared < squared)) return;
@@ -181,6 +258,7 @@ class Search {
   }
 
   void start(const Eigen::Array3i& voxel, std::size_t n) {
+    if ((options_.wanted && !(*options_.wanted)[n]) || outOfReach(voxel)) return;
     const Eigen::Vector3f p = voxel.cast<float>();
     Best best;
     tryCube(p, offset(surfaceVoxel(voxel)), best);
@@ -192,25 +270,92 @@ class Search {
     result_.distance[n] = std::sqrt(best.squared);
   }
 
-  /// A neighbour may have found a foot that is nearer to this sample than its own.
-  void exchange(const Eigen::Array3i& voxel, std::size_t n) {
-    if (before_.distance[n] > options_.exact_within + 2.0F) return;
+  /// A start may lead to the wrong one of two surfaces (a corner, the two sides of a gap). Feet then wander
+  /// from sample to sample until nothing changes: what is left hardly depends on the starts.
+  void settle() {
+    std::vector<std::vector<Move>> moves(static_cast<std::size_t>(dims_[2]));
+    forEachSlice(0.6, 1.0, [&](const Eigen::Array3i& voxel, std::size_t n) {
+      const Best best = exchange(voxel, n);
+      if (best.triangle >= 0)
+        moves[static_cast<std::size_t>(voxel[2])].push_back({n, best.triangle, best.squared});
+    });
+    std::vector<std::size_t> moved;
+    for (const auto& slice : moves) apply(slice, moved);
+    for (int pass = 1; pass < kMaxPasses && !moved.empty(); ++pass) {
+      const std::vector<std::size_t> around = neighbours(moved);
+      std::vector<Best> best(around.size());
+      constexpr int kChunk = 256;
+      const auto count = static_cast<int>(around.size());
+      parallelFor((count + kChunk - 1) / kChunk, options_.threads, [&](int chunk) {
+        for (int n = chunk * kChunk; n < std::min(count, (chunk + 1) * kChunk); ++n) {
+          const std::size_t sample = around[static_cast<std::size_t>(n)];
+          best[static_cast<std::size_t>(n)] = exchange(voxelAt(sample), sample);
+        }
+      });
+      std::vector<Move> next;
+      for (std::size_t n = 0; n < around.size(); ++n) {
+        if (best[n].triangle >= 0) next.push_back({around[n], best[n].triangle, best[n].squared});
+      }
+      moved.clear();
+      apply(next, moved);
+    }
+  }
+
+  /// A sample and its new foot.
+  struct Move {
+    std::size_t sample;
+    std::int32_t triangle;
+    float squared;
+  };
+  void apply(const std::vector<Move>& moves, std::vector<std::size_t>& moved) {
+    for (const Move& move : moves) {
+      result_.triangle[move.sample] = move.triangle;
+      result_.distance[move.sample] = std::sqrt(move.squared);
+      moved.push_back(move.sample);
+    }
+  }
+
+  Eigen::Array3i voxelAt(std::size_t n) const {
+    const auto n0 = static_cast<std::size_t>(dims_[0]), n1 = static_cast<std::size_t>(dims_[1]);
+    return {static_cast<int>(n % n0), static_cast<int>(n / n0 % n1), static_cast<int>(n / n0 / n1)};
+  }
+
+  template <class Function>
+  void forEachNeighbour(const Eigen::Array3i& voxel, std::size_t n, const Function& fn) const {
+    std::size_t step = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (voxel[axis] > 0) fn(n - step);
+      if (voxel[axis] + 1 < dims_[axis]) fn(n + step);
+      step *= static_cast<std::size_t>(dims_[axis]);
+    }
+  }
+
+  std::vector<std::size_t> neighbours(const std::vector<std::size_t>& samples) const {
+    std::vector<std::size_t> around;
+    around.reserve(6 * samples.size());
+    for (const std::size_t n : samples)
+      forEachNeighbour(voxelAt(n), n, [&](std::size_t m) { around.push_back(m); });
+    std::sort(around.begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    return around;
+  }
+
+  /// A neighbour may have found a foot that is nearer to this sample than its own; no triangle if none has.
+  Best exchange(const Eigen::Array3i& voxel, std::size_t n) const {
+    const std::int32_t own = result_.triangle[n];
+    const float distance = result_.distance[n];
+    if (own < 0 || distance > options_.exact_within + 2.0F) return {};
     const Eigen::Vector3f p = voxel.cast<float>();
     Best best;
-    tryTriangle(p, before_.triangle[n], best);
-    const float squared = best.squared;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int side : {-1, 1}) {
-        Eigen::Array3i v = voxel;
-        v[axis] += side;
-        if (v[axis] < 0 || v[axis] >= dims_[axis]) continue;
-        const std::int32_t triangle = before_.triangle[offset(v)];
-        if (triangle != best.triangle) tryTriangle(p, triangle, best);
-      }
-    }
-    if (best.squared < squared) descend(p, best);
-    result_.triangle[n] = best.triangle;
-    result_.distance[n] = std::sqrt(best.squared);
+    best.triangle = own;
+    best.squared = kNoNearer * distance * distance;
+    forEachNeighbour(voxel, n, [&](std::size_t m) {
+      const std::int32_t triangle = result_.triangle[m];
+      if (triangle >= 0 && triangle != best.triangle) tryTriangle(p, triangle, best);
+    });
+    if (best.triangle == own) return {};
+    descend(p, best);
+    return best;
   }
 
   float reach() const { return (options_.exact_within + 4.0F) * (options_.exact_within + 4.0F); }
@@ -219,8 +364,11 @@ class Search {
   const NearestSurfaceOptions& options_;
   std::vector<Triangle> triangles_;
   TriangleBins bins_;
-  vigra::MultiArray<3, Offsets> offsets_;
-  NearestSurface before_, result_;
+  int side_ = 1;  // of a cell [sample]
+  Dims cells_ = Dims::Zero();
+  vigra::MultiArray<3, Offsets> offsets_;       // per cell
+  vigra::MultiArray<3, std::uint8_t> corners_;  // per cell, one bit per sample: surface in its cube
+  NearestSurface result_;
 };
 
 }  // namespace

@@ -147,14 +147,27 @@ class DisjointSets {
   std::vector<int> parent_;
 };
 
-/// Triangles of the pieces with at least `min_component` vertices; vertices without triangle are dropped.
+/// 1 for vertices in the outermost cells.
+std::vector<std::uint8_t> verticesAtRim(const ObservedGrid& grid,
+                                        const std::vector<Eigen::Vector3f>& vertices) {
+  const Eigen::Array3f last = (grid.dims - 2).cast<float>();
+  std::vector<std::uint8_t> at_rim(vertices.size());
+  for (std::size_t n = 0; n < vertices.size(); ++n)
+    at_rim[n] = (vertices[n].array() <= 1.0F).any() || (vertices[n].array() >= last).any() ? 1 : 0;
+  return at_rim;
+}
+
+/// Triangles of the pieces with at least `min_component` vertices or one that `counts_as_large` (may be
+/// empty); vertices without triangle are dropped.
 SurfaceMesh keepLargePieces(const std::vector<Eigen::Vector3f>& vertices,
-                            const std::vector<Eigen::Vector3i>& triangles, int min_component) {
+                            const std::vector<Eigen::Vector3i>& triangles, int min_component,
+                            const std::vector<std::uint8_t>& counts_as_large) {
   DisjointSets pieces(vertices.size());
   for (const auto& t : triangles) pieces.join(t[0], t[1]), pieces.join(t[1], t[2]);
   std::vector<int> size(vertices.size(), 0), renumbered(vertices.size(), -1);
   for (std::size_t n = 0; n < vertices.size(); ++n)
-    ++size[static_cast<std::size_t>(pieces.find(static_cast<int>(n)))];
+    size[static_cast<std::size_t>(pieces.find(static_cast<int>(n)))] +=
+        !counts_as_large.empty() && counts_as_large[n] ? min_component : 1;
 
   SurfaceMesh mesh;
   int vertex_count = 0;
@@ -208,17 +221,54 @@ Eigen::Matrix3Xf vertexNormals(const SurfaceMesh& mesh, int smoothing) {
   return normals;
 }
 
+/// Marks the edges that only one triangle uses. Edges are gathered by their lower vertex: a handful each.
+void markBorders(const SurfaceMesh& mesh, ObservedSurface& surface) {
+  struct Edge {
+    int high;
+    std::uint32_t triangle;
+    std::uint8_t number;
+  };
+  const auto forEachEdge = [&mesh](const auto& fn) {
+    for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
+      for (int e = 0; e < 3; ++e) {
+        const int a = mesh.triangles(e, n), b = mesh.triangles((e + 1) % 3, n);
+        fn(static_cast<std::size_t>(std::min(a, b)), std::max(a, b), n, e);
+      }
+    }
+  };
+  std::vector<std::uint32_t> start(static_cast<std::size_t>(mesh.vertices.cols()) + 2, 0);
+  forEachEdge([&](std::size_t low, int, Eigen::Index, int) { ++start[low + 2]; });
+  for (std::size_t n = 2; n < start.size(); ++n) start[n] += start[n - 1];
+  std::vector<Edge> edges(start.back());
+  forEachEdge([&](std::size_t low, int high, Eigen::Index triangle, int number) {
+    edges[start[low + 1]++] = {high, static_cast<std::uint32_t>(triangle), static_cast<std::uint8_t>(number)};
+  });
+  for (std::size_t low = 0; low + 2 < start.size(); ++low) {
+    for (std::uint32_t n = start[low]; n < start[low + 1]; ++n) {
+      const Edge& edge = edges[n];
+      const auto same = std::count_if(edges.begin() + start[low], edges.begin() + start[low + 1],
+                                      [&](const Edge& other) { return other.high == edge.high; });
+      if (same != 1) continue;
+      surface.border_edges[edge.triangle] |= static_cast<std::uint8_t>(1U << edge.number);
+      surface.border_vertex[low] = 1;
+      surface.border_vertex[static_cast<std::size_t>(edge.high)] = 1;
+    }
+  }
+}
+
 }  // namespace
 
-ObservedSurface observedSurface(const ObservedGrid& grid, int min_component, int threads) {
+ObservedSurface observedSurface(const ObservedGrid& grid, int min_component, int threads, bool keep_cut) {
   check(grid);
   const std::vector<Crossing> crossings = findCrossings(grid);
   std::vector<std::int32_t> vertex_of_cell;
   std::vector<Eigen::Vector3f> vertices = placeVertices(grid, crossings, vertex_of_cell);
+  const std::vector<std::uint8_t> at_rim =
+      keep_cut ? verticesAtRim(grid, vertices) : std::vector<std::uint8_t>();
   const Quads quads = joinCells(grid, crossings, vertex_of_cell);
   const std::vector<std::uint8_t> sharp = sharpenEdges(vertices, quads, threads);
   const std::vector<Eigen::Vector3i> triangles = split(vertices, quads, sharp);
-  SurfaceMesh mesh = keepLargePieces(vertices, triangles, min_component);
+  SurfaceMesh mesh = keepLargePieces(vertices, triangles, min_component, at_rim);
   mesh.vertices.colwise() += grid.origin.cast<float>().matrix();
   mesh.vertices *= static_cast<float>(grid.voxel_size);
   return describeSurface(std::move(mesh), 2);
@@ -231,32 +281,7 @@ ObservedSurface describeSurface(SurfaceMesh mesh, int normal_smoothing) {
   surface.border_edges.assign(triangle_count, 0);
   surface.border_vertex.assign(static_cast<std::size_t>(mesh.vertices.cols()), 0);
 
-  struct Edge {
-    int low, high;
-    std::uint32_t triangle;
-    std::uint8_t number;
-    bool operator<(const Edge& other) const { return low != other.low ? low < other.low : high < other.high; }
-  };
-  std::vector<Edge> edges;
-  edges.reserve(3 * triangle_count);
-  for (std::size_t n = 0; n < triangle_count; ++n) {
-    const Eigen::Vector3i t = mesh.triangles.col(static_cast<Eigen::Index>(n));
-    for (int e = 0; e < 3; ++e) {
-      const auto [low, high] = std::minmax(t[e], t[(e + 1) % 3]);
-      edges.push_back({low, high, static_cast<std::uint32_t>(n), static_cast<std::uint8_t>(e)});
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  for (std::size_t n = 0; n < edges.size();) {
-    std::size_t end = n + 1;
-    while (end < edges.size() && !(edges[n] < edges[end])) ++end;
-    if (end == n + 1) {
-      surface.border_edges[edges[n].triangle] |= static_cast<std::uint8_t>(1U << edges[n].number);
-      surface.border_vertex[static_cast<std::size_t>(edges[n].low)] = 1;
-      surface.border_vertex[static_cast<std::size_t>(edges[n].high)] = 1;
-    }
-    n = end;
-  }
+  markBorders(mesh, surface);
   surface.mesh = std::move(mesh);
   return surface;
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <stdexcept>
 
 #include "parallel.h"
@@ -7,52 +8,106 @@
 namespace ttsdf {
 namespace {
 
-Observation observation(VoxelState state) {
-  switch (state) {
-    case VoxelState::kFree:
-      return Observation::kFree;
-    case VoxelState::kBand:
-      return Observation::kBand;
-    case VoxelState::kInterior:
-      return Observation::kInterior;
-    case VoxelState::kUnknown:
-      break;
+using FloatLeaf = openvdb::FloatTree::LeafNodeType;
+using MaskLeaf = openvdb::MaskTree::LeafNodeType;
+constexpr int kSide = FloatLeaf::DIM;
+
+/// Copies block by block: a leaf of the trees is looked up once for its 8^3 voxels.
+class BlockCopier {
+ public:
+  BlockCopier(const TsdfVolume::Grids& grids, ObservedGrid& observed)
+      : tsdf_(grids.tsdf->getConstAccessor()), free_(grids.free->getConstAccessor()), observed_(observed) {}
+
+  /// All blocks whose first voxel has this z.
+  void copyLayer(int z) {
+    const Eigen::Array3i& origin = observed_.origin;
+    const Eigen::Array3i end = origin + observed_.dims;
+    for (int y = floored(origin[1]); y < end[1]; y += kSide) {
+      for (int x = floored(origin[0]); x < end[0]; x += kSide) copyBlock({x, y, z});
+    }
   }
-  return Observation::kUnknown;
-}
+
+  static int floored(int index) { return index & ~(kSide - 1); }
+
+ private:
+  /// One value and one state throughout.
+  void fillBlock(const Eigen::Array3i& low, const Eigen::Array3i& high, float value, Observation state) {
+    for (int z = low[2]; z < high[2]; ++z) {
+      for (int y = low[1]; y < high[1]; ++y) {
+        const Eigen::Array3i local = Eigen::Array3i(low[0], y, z) - observed_.origin;
+        const std::size_t n = observed_.offset(local[0], local[1], local[2]);
+        std::fill_n(observed_.tsdf.begin() + static_cast<std::ptrdiff_t>(n), high[0] - low[0], value);
+        std::fill_n(observed_.state.begin() + static_cast<std::ptrdiff_t>(n), high[0] - low[0], state);
+      }
+    }
+  }
+
+  static Observation stateOf(float value, bool active, bool is_free) {
+    if (active) return Observation::kBand;
+    if (value < 0.0F) return Observation::kInterior;
+    return is_free ? Observation::kFree : Observation::kUnknown;
+  }
+
+  void copyBlock(const Eigen::Array3i& block) {
+    const openvdb::Coord corner(block[0], block[1], block[2]);
+    const FloatLeaf* tsdf = tsdf_.probeConstLeaf(corner);
+    const MaskLeaf* free = free_.probeConstLeaf(corner);
+    const bool tile_active = !tsdf && tsdf_.isValueOn(corner), tile_free = !free && free_.isValueOn(corner);
+    const float tile_value = tsdf ? 0.0F : tsdf_.getValue(corner);
+    const Eigen::Array3i low = block.max(observed_.origin);
+    const Eigen::Array3i high = (block + kSide).min(observed_.origin + observed_.dims);
+    if (!tsdf && !free) {
+      fillBlock(low, high, tile_value, stateOf(tile_value, tile_active, tile_free));
+      return;
+    }
+    for (int z = low[2]; z < high[2]; ++z) {
+      for (int y = low[1]; y < high[1]; ++y) {
+        const Eigen::Array3i local = Eigen::Array3i(low[0], y, z) - observed_.origin;
+        std::size_t n = observed_.offset(local[0], local[1], local[2]);
+        for (int x = low[0]; x < high[0]; ++x, ++n) {
+          const auto place =
+              static_cast<openvdb::Index>(((x - block[0]) << 6) | ((y - block[1]) << 3) | (z - block[2]));
+          const float value = tsdf ? tsdf->getValue(place) : tile_value;
+          const bool active = tsdf ? tsdf->isValueOn(place) : tile_active;
+          observed_.tsdf[n] = value;
+          observed_.state[n] = stateOf(value, active, free ? free->isValueOn(place) : tile_free);
+        }
+      }
+    }
+  }
+
+  openvdb::FloatGrid::ConstAccessor tsdf_;
+  openvdb::MaskGrid::ConstAccessor free_;
+  ObservedGrid& observed_;
+};
 
 }  // namespace
 
 ObservedGrid observedGrid(const TsdfVolume& volume, int margin, int threads) {
   if (volume.empty())
     throw std::runtime_error("observed grid: got a volume without any observed surface, wanted one");
-  const TsdfVolume::Grids& grids = volume.grids();
-  openvdb::CoordBBox box = grids.tsdf->evalActiveVoxelBoundingBox();
+  openvdb::CoordBBox box = volume.grids().tsdf->evalActiveVoxelBoundingBox();
   box.expand(margin);
-
-  ObservedGrid observed;
   const openvdb::Coord dims = box.dim();
-  observed.dims = {dims.x(), dims.y(), dims.z()};
-  observed.origin = {box.min().x(), box.min().y(), box.min().z()};
+  return observedGrid(volume, {box.min().x(), box.min().y(), box.min().z()}, {dims.x(), dims.y(), dims.z()},
+                      threads);
+}
+
+ObservedGrid observedGrid(const TsdfVolume& volume, const Eigen::Array3i& origin, const Dims& dims,
+                          int threads) {
+  ObservedGrid observed;
+  observed.dims = dims;
+  observed.origin = origin;
   observed.voxel_size = volume.options().voxel_size;
   observed.truncation = volume.options().truncation;
-  const std::size_t slice = static_cast<std::size_t>(dims.x()) * static_cast<std::size_t>(dims.y());
-  observed.tsdf.resize(slice * static_cast<std::size_t>(dims.z()));
-  observed.state.resize(observed.tsdf.size());
-  // Eight slices share the leaves of the tree.
-  parallelFor((dims.z() + 7) / 8, threads, [&](int portion) {
-    const VoxelReader reader(grids);
-    for (int k = 8 * portion; k < std::min(dims.z(), 8 * portion + 8); ++k) {
-      std::size_t n = slice * static_cast<std::size_t>(k);
-      for (int j = 0; j < dims.y(); ++j) {
-        for (int i = 0; i < dims.x(); ++i, ++n) {
-          const openvdb::Coord ijk = box.min().offsetBy(i, j, k);
-          observed.state[n] = observation(reader.state(ijk));
-          observed.tsdf[n] = reader.distance(ijk);
-        }
-      }
-    }
-  });
+  const std::size_t count = static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) *
+                            static_cast<std::size_t>(dims[2]);
+  observed.tsdf.resize(count);
+  observed.state.resize(count);
+  const int first = BlockCopier::floored(origin[2]);
+  const int layers = (origin[2] + dims[2] - first + kSide - 1) / kSide;
+  parallelFor(layers, threads,
+              [&](int layer) { BlockCopier(volume.grids(), observed).copyLayer(first + kSide * layer); });
   return observed;
 }
 

@@ -2,6 +2,7 @@
 #include <stdexcept>
 
 #include "parallel.h"
+#include "sampled_field_tiles.h"
 #include "ttsdf_localization/mapping/sampled_field_methods.h"
 
 namespace ttsdf {
@@ -9,6 +10,7 @@ namespace ttsdf {
 SampledField sampleField(const TsdfVolume& volume, const BuildOptions& options,
                          const BuildProgress& progress) {
   buildOptionTable().validate(options);
+  if (needsTiles(volume, options)) return sampleSurfaceTiles(volume, options, progress);
   const ProgressStep read_step(progress, "read volume");
   // One voxel more than asked for: every crossing then has its four cells.
   const int margin = static_cast<int>(std::ceil(options.margin / volume.options().voxel_size)) + 2;

@@ -1,8 +1,8 @@
-#include <stdexcept>
 #include <utility>
 
 #include "field_grid.h"
 #include "parallel.h"
+#include "surface_survey.h"
 #include "ttsdf_localization/mapping/sampled_field_methods.h"
 #include "ttsdf_localization/mapping/signed_distance.h"
 
@@ -11,11 +11,7 @@ SampledField sampleSurfaceDistance(const ObservedGrid& observed, const BuildOpti
                                    const BuildProgress& progress) {
   const ProgressStep surface_step(progress, "surface");
   ObservedSurface surface = observedSurface(observed, kMinSurfacePiece, options.threads);
-  if (surface.mesh.empty()) {
-    throw std::runtime_error(
-        "signed field: got no zero crossing between observed voxels (in pieces of at least " +
-        std::to_string(kMinSurfacePiece) + "), wanted an observed surface");
-  }
+  if (surface.mesh.empty()) throwNoSurface();
   surface_step.report(0.8);
   const Eigen::Matrix3d R_map_grid =
       options.align_axes ? gridRotation(surface.mesh, &surface.normals) : Eigen::Matrix3d::Identity();

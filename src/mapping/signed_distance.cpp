@@ -82,7 +82,7 @@ class Signer {
     const Eigen::Vector3d index = voxel.cast<double>();
     const ObservedSides::Reading reading = sides_.at(to_observed_ * index);
     Side side = reading.side;
-    const float distance = nearest_.distance[n];
+    const float distance = nearest_.distance[n];  // infinite without a triangle
     if (side != Side::kUnknown && !reading.exact && distance < 1.0F) {
       // The nearest observed sample may lie on the other side of the surface.
       side = viewSurface(surface_, nearest_.triangle[n], index.cast<float>()).along < 0.0F ? Side::kMatter
@@ -94,6 +94,10 @@ class Signer {
   }
 
   void decideValue(const Eigen::Array3i& voxel, std::size_t n, float unknown_distance) {
+    if (nearest_.triangle[n] < 0) {
+      decideFar(n, unknown_distance);
+      return;
+    }
     const SurfaceView view = viewSurface(surface_, nearest_.triangle[n], voxel.cast<float>());
     const float distance = nearest_.distance[n];
     const bool projects =
@@ -109,6 +113,15 @@ class Signer {
     result_.values.data()[n] = clamped(value * static_cast<float>(geometry_.voxel_size));
     result_.known[n] = side_[n] != Side::kUnknown ? 1 : 0;
     result_.supported[n] = projects || certain ? 1 : 0;
+  }
+
+  /// No surface within the clamp: free space knows so much if unobserved space is not nearer, either; nothing
+  /// is known of the rest.
+  void decideFar(std::size_t n, float unknown_distance) {
+    result_.values.data()[n] = static_cast<float>(options_.clamp_positive);
+    result_.known[n] = side_[n] == Side::kFree ? 1 : 0;
+    const float reach = static_cast<float>(options_.clamp_positive / geometry_.voxel_size);
+    result_.supported[n] = side_[n] == Side::kFree && unknown_distance >= reach - kUnknownSlack ? 1 : 0;
   }
 
   float clamped(float metres) const {

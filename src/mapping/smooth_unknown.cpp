@@ -14,18 +14,19 @@ constexpr float kJump = 2.5F;         // more between two neighbours is no cours
 constexpr float kNearSurface = 2.0F;  // values smaller than this are the surface's own business [voxel]
 constexpr int kJumpReach = 4;         // samples on either side of a jump that may give way
 
-class Smoother {
+class JumpFinder {
  public:
-  Smoother(SignedDistance& field, float voxel_size, int threads)
+  JumpFinder(SignedDistance& field, float voxel_size, int threads)
       : field_(field), dims_(field.values.dims()), voxel_size_(voxel_size), threads_(threads) {
     loose_.assign(field.values.size(), 0);
   }
 
-  void run() {
+  /// 1 where a value means nothing.
+  std::vector<std::uint8_t> run() {
     for (std::size_t n = 0; n < loose_.size(); ++n)
       loose_[n] = !field_.known[n] && !field_.supported[n] ? 1 : 0;
     loosenJumps();
-    fillHoles(field_.values, loose_, threads_);
+    return std::move(loose_);
   }
 
  private:
@@ -84,8 +85,12 @@ class Smoother {
 
 }  // namespace
 
+std::vector<std::uint8_t> looseSamples(SignedDistance& field, double voxel_size, int threads) {
+  return JumpFinder(field, static_cast<float>(voxel_size), threads).run();
+}
+
 void smoothUnknown(SignedDistance& field, double voxel_size, int threads) {
-  Smoother(field, static_cast<float>(voxel_size), threads).run();
+  fillHoles(field.values, looseSamples(field, voxel_size, threads), threads);
 }
 
 }  // namespace ttsdf

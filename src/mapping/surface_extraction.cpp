@@ -1,3 +1,4 @@
+#include "ttsdf_localization/mapping/field_bricks.h"
 #include "ttsdf_localization/mapping/map_builder.h"
 #include "ttsdf_localization/mapping/observed_surface.h"
 #include "ttsdf_localization/mapping/sampled_field_methods.h"
@@ -49,7 +50,11 @@ SurfaceMesh extractSurface(const TsdfVolume& volume) {
 }
 
 SurfaceMesh extractSurface(const SampledField& field) {
-  return zeroLevel(field.values, field.mask, field.geometry);
+  if (!field.bricks) return zeroLevel(field.values, field.mask, field.geometry);
+  DenseTensor values(field.geometry.dims);
+  for (int k = 0; k < values.dims()[2]; ++k)
+    field.bricks->readSlab(2, k, 0, 1, values.data() + values.offset(0, 0, k), nullptr);
+  return zeroLevel(values, field.mask, field.geometry);
 }
 
 SurfaceMesh extractSurface(const TtSdfMap& map) { return zeroLevel(full(map.train), map.mask, map.geometry); }

@@ -6,7 +6,9 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "gemm.h"
 #include "gram.h"
+#include "slab_parts.h"
 
 namespace ttsdf {
 
@@ -19,10 +21,11 @@ struct Subspace {
 };
 
 void checkOptions(const TtSvdOptions& options) {
-  if (options.max_rank1 < 0 || options.max_rank2 < 0 || !(options.tolerance >= 0.0)) {
+  if (options.max_rank1 < 0 || options.max_rank2 < 0 || !(options.tolerance >= 0.0) || options.threads < 1) {
     std::ostringstream text;
-    text << "ttSvd: got ranks " << options.max_rank1 << ", " << options.max_rank2 << " and tolerance "
-         << options.tolerance << ", wanted none negative";
+    text << "ttSvd: got ranks " << options.max_rank1 << ", " << options.max_rank2 << ", tolerance "
+         << options.tolerance << " and " << options.threads
+         << " threads, wanted none negative and at least one thread";
     throw std::invalid_argument(text.str());
   }
 }
@@ -62,6 +65,36 @@ Subspace leadingSubspace(const Eigen::MatrixXd& gram, Eigen::Index columns, int 
 
 double squaredNorm(const Eigen::MatrixXd& gram) { return gram.trace(); }
 
+/// Gram matrices summed over slabs on several threads.
+class SlabSums {
+ public:
+  SlabSums(int slabs, int threads) : slabs_(slabs), threads_(std::min(threads, slabs)) {}
+
+  /// Sum of A A^T over the slabs; prepare(j, A) makes A of `rows` rows from slab j, on any thread.
+  template <class Prepare>
+  Eigen::MatrixXd gram(int rows, const Prepare& prepare) const {
+    const int parts = threads_ > 1 ? kSlabParts : 1;
+    std::vector<Eigen::MatrixXd> sums(static_cast<std::size_t>(parts));
+    overParts(slabs_, parts, threads_, [&](int part, int begin, int end) {
+      Eigen::MatrixXd& sum = sums[static_cast<std::size_t>(part)];
+      sum = Eigen::MatrixXd::Zero(rows, rows);
+      Eigen::MatrixXf slab;
+      for (int j = begin; j < end; ++j) {
+        prepare(j, slab);
+        addGram(slab, sum);
+      }
+    });
+    for (std::size_t part = 1; part < sums.size(); ++part) {
+      if (sums[part].size() > 0)
+        sums[0] = sums[0].size() > 0 ? Eigen::MatrixXd(sums[0] + sums[part]) : sums[part];
+    }
+    return sums[0];
+  }
+
+ private:
+  int slabs_, threads_;
+};
+
 }  // namespace
 
 TtSvdResult ttSvd(const Dims& dims, const SlabSource& source, const TtSvdOptions& options) {
@@ -70,16 +103,15 @@ TtSvdResult ttSvd(const Dims& dims, const SlabSource& source, const TtSvdOptions
   checkExtents(dims, axes);
   const int n1 = dims[axes[0]], n2 = dims[axes[1]], n3 = dims[axes[2]];
 
-  Eigen::MatrixXf slab(n1, n3);
-  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(n1, n1);
-  for (int j = 0; j < n2; ++j) {
+  const SlabSums sums(n2, options.threads);
+  const Eigen::MatrixXd gram = sums.gram(n1, [&](int j, Eigen::MatrixXf& slab) {
+    slab.resize(n1, n3);
     source(j, slab);
     if (!slab.allFinite()) {
       throw std::invalid_argument("ttSvd: got NaN or infinite entries at middle index " + std::to_string(j) +
                                   ", wanted finite ones");
     }
-    addGram(slab, gram);
-  }
+  });
   const double total = squaredNorm(gram);
   // Both truncations share the allowed error evenly (Oseledets 2011, Theorem 2.2).
   const double allowed = 0.5 * options.tolerance * options.tolerance * total;
@@ -90,13 +122,14 @@ TtSvdResult ttSvd(const Dims& dims, const SlabSource& source, const TtSvdOptions
   const Eigen::MatrixXf first = left.basis.cast<float>();
 
   Eigen::MatrixXf projected(r1, static_cast<Eigen::Index>(n2) * n3);  // block j: r1 x n3
-  Eigen::MatrixXd gram3 = Eigen::MatrixXd::Zero(n3, n3);
-  for (int j = 0; j < n2; ++j) {
+  const Eigen::MatrixXf first_t = first.transpose();
+  const Eigen::MatrixXd gram3 = sums.gram(n3, [&](int j, Eigen::MatrixXf& slab) {
+    slab.resize(n1, n3);
     source(j, slab);
     auto block = projected.middleCols(static_cast<Eigen::Index>(j) * n3, n3);
-    block.noalias() = first.transpose() * slab;
-    addGram(block.transpose().eval(), gram3);
-  }
+    gemm(first_t, slab, block);
+    slab = block.transpose();
+  });
   Subspace right = leadingSubspace(gram3, static_cast<Eigen::Index>(r1) * n2, options.max_rank2, allowed);
   const int r2 = static_cast<int>(right.basis.cols());
   const Eigen::MatrixXf last = right.basis.cast<float>().transpose();

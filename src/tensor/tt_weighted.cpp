@@ -5,9 +5,9 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
-#include <thread>
 
 #include "gemm.h"
+#include "slab_parts.h"
 
 namespace ttsdf {
 
@@ -80,46 +80,36 @@ Gauge toGauge(const TensorTrain& train) {
 
 constexpr float kRelaxation = 1.6f;  // over-relaxed completion; below 2 the weighted error still falls
 
+/// One thread's working memory.
+struct Buffers {
+  MatrixXf values, weights, half, slab;
+};
+
 /// Slab j completed by the train: the samples where the weights say so, the train elsewhere.
-void complete(const Slabs& slabs, const Gauge& g, const MatrixXf& Vt, int j, MatrixXf& half, MatrixXf& slab) {
-  half.resize(g.U.rows(), g.V.cols());
-  slab.resize(slabs.sizes[0], slabs.sizes[2]);
-  gemm(g.U, g.slice(j), half);
-  gemm(half, Vt, slab);
-  slab.array() += kRelaxation * slabs.weight(j).array() * (slabs.value(j).array() - slab.array());
+const MatrixXf& complete(const WeightedSlabSource& source, const Gauge& g, const MatrixXf& Vt, int j,
+                         Buffers& b) {
+  b.values.resize(g.U.rows(), g.V.rows());
+  b.weights.resize(g.U.rows(), g.V.rows());
+  b.half.resize(g.U.rows(), g.V.cols());
+  b.slab.resize(g.U.rows(), g.V.rows());
+  gemm(g.U, g.slice(j), b.half);
+  gemm(b.half, Vt, b.slab);
+  source(j, b.values, b.weights);
+  b.slab.array() += kRelaxation * b.weights.array() * (b.values.array() - b.slab.array());
+  return b.slab;
 }
-
-/// Runs work(thread, first slab, past the last) over equal parts of the slabs. The split does not depend on
-/// `threads`.
-template <class Work>
-void overSlabs(int n2, int parts, int threads, const Work& work) {
-  const auto run = [&](int thread) {
-    for (int part = thread; part < parts; part += threads) {
-      work(part, static_cast<int>(static_cast<long>(n2) * part / parts),
-           static_cast<int>(static_cast<long>(n2) * (part + 1) / parts));
-    }
-  };
-  std::vector<std::thread> helpers;
-  for (int t = 1; t < threads; ++t) helpers.emplace_back(run, t);
-  run(0);
-  for (auto& helper : helpers) helper.join();
-}
-
-constexpr int kParts = 8;  // partial sums: the result is the same for any number of threads
 
 /// One orthogonal iteration on U and V, then the middle core by projection.
-void sweep(const Slabs& slabs, Gauge& g, int threads) {
-  const int n2 = slabs.sizes[1];
+void sweep(const WeightedSlabSource& source, Gauge& g, int threads) {
+  const Index n1 = g.U.rows(), n3 = g.V.rows(), r1 = g.U.cols(), r2 = g.V.cols();
+  const int n2 = static_cast<int>(g.middle.cols() / r2);
   const MatrixXf Vt = g.V.transpose(), Ut = g.U.transpose();
-  std::vector<MatrixXf> P(kParts), Q(kParts);
-  overSlabs(n2, kParts, threads, [&](int part, int begin, int end) {
-    MatrixXf half, slab, product(slabs.sizes[0], g.V.cols()), transposed;
-    P[static_cast<std::size_t>(part)].setZero(g.U.rows(), g.U.cols());
-    Q[static_cast<std::size_t>(part)].setZero(g.V.rows(), g.V.cols());
-    MatrixXf small(g.V.cols(), g.U.cols()), p(g.U.rows(), g.U.cols()), x(g.U.cols(), slabs.sizes[2]);
-    MatrixXf xt, core(g.U.cols(), g.V.cols()), q(g.V.rows(), g.V.cols());
+  std::vector<MatrixXf> P(kSlabParts, MatrixXf::Zero(n1, r1)), Q(kSlabParts, MatrixXf::Zero(n3, r2));
+  overParts(n2, kSlabParts, threads, [&](int part, int begin, int end) {
+    Buffers b;
+    MatrixXf product(n1, r2), transposed, small(r2, r1), p(n1, r1), x(r1, n3), xt, core(r1, r2), q(n3, r2);
     for (int j = begin; j < end; ++j) {
-      complete(slabs, g, Vt, j, half, slab);
+      const MatrixXf& slab = complete(source, g, Vt, j, b);
       gemm(slab, g.V, product);  // Y_j = Z_j V
       transposed = product.transpose();
       gemm(transposed, g.U, small);  // Y_j^T U
@@ -132,20 +122,20 @@ void sweep(const Slabs& slabs, Gauge& g, int threads) {
       Q[static_cast<std::size_t>(part)] += q;
     }
   });
-  for (int part = 1; part < kParts; ++part) {
-    P[0] += P[static_cast<std::size_t>(part)];
-    Q[0] += Q[static_cast<std::size_t>(part)];
+  for (std::size_t part = 1; part < P.size(); ++part) {
+    P[0] += P[part];
+    Q[0] += Q[part];
   }
   Gauge next;
   next.U = orthonormalColumns(P[0]);
   next.V = orthonormalColumns(Q[0]);
   next.middle.resize(g.middle.rows(), g.middle.cols());
   const MatrixXf next_Ut = next.U.transpose();
-  overSlabs(n2, kParts, threads, [&](int, int begin, int end) {
-    MatrixXf half, slab, x(next.U.cols(), slabs.sizes[2]), core(next.U.cols(), next.V.cols());
+  overParts(n2, kSlabParts, threads, [&](int, int begin, int end) {
+    Buffers b;
+    MatrixXf x(r1, n3), core(r1, r2);
     for (int j = begin; j < end; ++j) {
-      complete(slabs, g, Vt, j, half, slab);
-      gemm(next_Ut, slab, x);
+      gemm(next_Ut, complete(source, g, Vt, j, b), x);
       gemm(x, next.V, core);
       next.slice(j) = core;
     }
@@ -155,15 +145,25 @@ void sweep(const Slabs& slabs, Gauge& g, int threads) {
 
 }  // namespace
 
-TensorTrain fitWeighted(const DenseTensor& tensor, const std::vector<float>& weights,
-                        const TensorTrain& start, const WeightedFitOptions& options) {
-  const Slabs slabs = makeSlabs(tensor, weights, start);
+TensorTrain fitWeighted(const WeightedSlabSource& source, const TensorTrain& start,
+                        const WeightedFitOptions& options) {
   Gauge g = toGauge(start);
   for (int n = 0; n < options.iterations; ++n) {
-    sweep(slabs, g, std::max(1, options.threads));
+    sweep(source, g, std::max(1, options.threads));
     if (options.keep_going && !options.keep_going(static_cast<double>(n + 1) / options.iterations)) break;
   }
   return TensorTrain(start.axes(), g.U, g.middle, g.V.transpose());
+}
+
+TensorTrain fitWeighted(const DenseTensor& tensor, const std::vector<float>& weights,
+                        const TensorTrain& start, const WeightedFitOptions& options) {
+  const Slabs slabs = makeSlabs(tensor, weights, start);
+  const WeightedSlabSource source = [&slabs](int j, Eigen::Ref<MatrixXf> slab_values,
+                                             Eigen::Ref<MatrixXf> slab_weights) {
+    slab_values = slabs.value(j);
+    slab_weights = slabs.weight(j);
+  };
+  return fitWeighted(source, start, options);
 }
 
 double weightedRms(const DenseTensor& tensor, const std::vector<float>& weights, const TensorTrain& train) {

@@ -36,7 +36,7 @@ std::vector<float> roomWeights(const DenseTensor& tensor) {
   return weights;
 }
 
-double weightedRms(const DenseTensor& tensor, const std::vector<float>& weights, const TensorTrain& train) {
+double weightedError(const DenseTensor& tensor, const std::vector<float>& weights, const TensorTrain& train) {
   const DenseTensor approximation = full(train);
   double sum = 0.0, total = 0.0;
   for (std::size_t n = 0; n < tensor.size(); ++n) {
@@ -103,7 +103,7 @@ TEST(SparseFit, WithoutThresholdItReachesTheWeightedLeastSquares) {
   double least = 0.0, total = 0.0;
   for (int j = 0; j < fitted.modeSizes()[1]; ++j) least += leastWeightedSquares(f, fitted, j);
   for (const float w : f.weights) total += static_cast<double>(w);
-  const double rms = weightedRms(f.tensor, f.weights, fitted);
+  const double rms = weightedError(f.tensor, f.weights, fitted);
   EXPECT_NEAR(0.5 * rms * rms * total, least, 0.002 * least);
 }
 
@@ -119,7 +119,7 @@ TEST(SparseFit, KeepsTheBasesOrthonormalAndTheirSpan) {
 TEST(SparseFit, IsMoreExactThanTruncationWhereTheWeightsAre) {
   const Fixture f;
   const TensorTrain fitted = fitSparse(f.tensor, f.weights, f.map.train, fitOptions(1e-4));
-  EXPECT_LT(weightedRms(f.tensor, f.weights, fitted), weightedRms(f.tensor, f.weights, f.map.train));
+  EXPECT_LT(weightedError(f.tensor, f.weights, fitted), weightedError(f.tensor, f.weights, f.map.train));
 }
 
 TEST(SparseFit, LargerThresholdsGiveSmallerFiles) {
@@ -171,12 +171,12 @@ TEST(CompactMap, IsFarSmallerThanPlainQuantisationOfTheSameError) {
   CompactOptions options;
   options.threshold = 0.01;
   const CompactMap compact = compactMap(f.map, f.tensor, f.weights, options);
-  const double error = weightedRms(f.tensor, f.weights, compact.map.train);
+  const double error = weightedError(f.tensor, f.weights, compact.map.train);
   // The coarsest plain quantisation that is as exact.
   std::size_t plain = encodedSize(f.map, test::encodeAs(Encoding::kFloat16));
   for (double rms = 1e-4; rms < 0.1; rms *= 1.3) {
     const auto bytes = serialize(f.map, test::encodeAs(Encoding::kQuantized, rms));
-    if (weightedRms(f.tensor, f.weights, deserialize(bytes.data(), bytes.size()).train) > error) break;
+    if (weightedError(f.tensor, f.weights, deserialize(bytes.data(), bytes.size()).train) > error) break;
     plain = bytes.size();
   }
   EXPECT_LT(compact.bytes.size(), plain * 2 / 3);
@@ -199,14 +199,14 @@ TEST(CompactMap, TheTargetErrorIsKeptWithASmallerFileForALargerOne) {
   std::size_t before = 1u << 30;
   // What the ranks can reach at all.
   const double least =
-      weightedRms(f.tensor, f.weights, fitSparse(f.tensor, f.weights, f.map.train, fitOptions(0.0, 500)));
+      weightedError(f.tensor, f.weights, fitSparse(f.tensor, f.weights, f.map.train, fitOptions(0.0, 500)));
   for (const double target : {1.3 * least, 1.7 * least, 2.5 * least}) {
     CompactOptions options;
     options.iterations = 60;  // a third of the room is missing: the fit converges slowly
     options.target_error = target;
-    options.error = [&](const TensorTrain& train) { return weightedRms(f.tensor, f.weights, train); };
+    options.error = [&](const TensorTrain& train) { return weightedError(f.tensor, f.weights, train); };
     const CompactMap compact = compactMap(f.map, f.tensor, f.weights, options);
-    EXPECT_LE(weightedRms(f.tensor, f.weights, compact.map.train), target);
+    EXPECT_LE(weightedError(f.tensor, f.weights, compact.map.train), target);
     EXPECT_LT(compact.bytes.size(), before);
     before = compact.bytes.size();
   }
@@ -217,7 +217,7 @@ TEST(CompactMap, TheSizeGoesBeforeTheError) {
   CompactOptions options;
   options.target_error = 1e-3;
   options.target_bytes = 3000;
-  options.error = [&](const TensorTrain& train) { return weightedRms(f.tensor, f.weights, train); };
+  options.error = [&](const TensorTrain& train) { return weightedError(f.tensor, f.weights, train); };
   EXPECT_LE(compactMap(f.map, f.tensor, f.weights, options).bytes.size(), 3000u);
 }
 

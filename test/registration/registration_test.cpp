@@ -305,5 +305,50 @@ TEST(Registration, EveryReasonHasItsName) {
   EXPECT_EQ(std::unique(names.begin(), names.end()), names.end());
 }
 
+/// A floor, a side wall, and a thin wall across that was mapped from its far side (x < 2) only: its other face,
+/// at x = 2.1, is not in the map.
+class OneSidedWall final : public DistanceField {
+ public:
+  const GridGeometry& geometry() const override { return geometry_; }
+  std::size_t memoryBytes() const override { return 0; }
+  using DistanceField::evaluate;
+  void evaluate(const PointSpan& points, const SampleSpan& samples) const override {
+    for (int n = 0; n < points.size; ++n) {
+      const float across = points.x[n] < 2.2f ? std::max(2.0f - points.x[n], -0.15f) : 1.0f;
+      const float value = std::min({points.z[n], points.y[n], across});
+      samples.value[n] = value;
+      samples.gradient_x[n] = value == across ? -1.0f : 0.0f;
+      samples.gradient_y[n] = value != across && value == points.y[n] ? 1.0f : 0.0f;
+      samples.gradient_z[n] = value != across && value != points.y[n] ? 1.0f : 0.0f;
+      samples.state[n] = PointState::kValid;
+    }
+  }
+
+ private:
+  GridGeometry geometry_{Dims(100, 100, 100), 0.05, Eigen::Isometry3d::Identity()};
+};
+
+TEST(Registration, TheUnmappedFaceOfAThinWallDoesNotPull) {
+  ScanPoints points(3, 1500);
+  for (int n = 0; n < 500; ++n) {
+    const float u = static_cast<float>(n % 25) / 25.0f, v = static_cast<float>(n / 25) / 20.0f;
+    points.col(3 * n) << 2.3f + 1.5f * u, 0.3f + 1.5f * v, 0.0f;  // floor
+    points.col(3 * n + 1) << 2.3f + 1.5f * u, 0.0f, 0.3f + v;     // side wall
+    points.col(3 * n + 2) << 2.1f, 0.3f + 1.5f * u, 0.3f + v;     // the face that is not mapped
+  }
+  Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
+  truth.translation() << 4.0, 1.2, 1.0;
+  const ScanPoints scan = truth.inverse().cast<float>() * points;
+  RegistrationOptions options;
+  options.long_range = false;
+  const RegistrationResult held = Registration(std::make_shared<OneSidedWall>(), options).align(scan, truth);
+  EXPECT_NEAR(held.behind_ratio, 1.0 / 3.0, 0.01);
+  EXPECT_LT(poseError(truth, held.T_map_sensor).translation, 0.002);
+  // What the check is for: without it the wall's far face draws the scan to itself.
+  options.check_facing = false;
+  const RegistrationResult pulled = Registration(std::make_shared<OneSidedWall>(), options).align(scan, truth);
+  EXPECT_GT(poseError(truth, pulled.T_map_sensor).translation, 0.05);
+}
+
 }  // namespace
 }  // namespace ttsdf

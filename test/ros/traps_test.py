@@ -83,7 +83,7 @@ class Traps(unittest.TestCase):
         status = r.wait_for_status(lambda s: s.weak_directions > 0)
         self.assertIsNotNone(status, r.history())
         self.assertEqual(status.weak_directions, 3)
-        self.assertIn('without information', status.message)
+        self.assertIn('little information', status.message)
         self.assertTrue(r.wait_for_new(r.poses, 20), r.history())
         pose = r.poses[-1]
         self.assertLess(self.error_of(pose)[0], 0.05)  # the prior is kept, nothing slides along the wall

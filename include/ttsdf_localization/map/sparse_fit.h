@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ttsdf_localization/tensor/tensor_train.h"
+#include "ttsdf_localization/tensor/tt_weighted.h"
 
 namespace ttsdf {
 
@@ -19,11 +20,6 @@ struct SparseFitOptions {
   /// Asked after every iteration with the share done; false ends the fit early (the result so far is good).
   std::function<bool(double)> keep_going;
 };
-
-/// Fills values [m] and weights (n1 x n3, column-major, chain order of the start train) of middle index j.
-/// Called from several threads at once.
-using WeightedSlabSource =
-    std::function<void(int j, Eigen::Ref<Eigen::MatrixXf> values, Eigen::Ref<Eigen::MatrixXf> weights)>;
 
 /// Minimises 1/2 sum w (F - TT)^2 + threshold sum |c| over the cosine coefficients c of the middle core
 /// (along its mode), with the bases of `start` kept: fast iterative shrinkage-thresholding (Beck, Teboulle

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -32,15 +33,20 @@ struct BuildOptions {
   bool support_mask = true;
   double support_distance = 0.04;  ///< sideways distance from observed surface that still counts as known [m]
   double margin = 0.2;             ///< box border around the observed surface [m]
+  int max_dense_voxels = 30000000;  ///< larger grids are sampled in tiles: less memory, a little more time
   int threads = 2;
 };
 const OptionTable<BuildOptions>& buildOptionTable();
+
+class FieldBricks;
 
 /// The uncompressed signed field that compression starts from (and that baselines use).
 struct SampledField {
   DenseTensor values;  ///< [m]
   std::vector<std::uint8_t>
       known;  ///< per voxel: 1 where some ray saw it (free or band); same order as values
+  /// In place of values and known (then empty) on grids whose dense arrays would be too large; made by tiles.
+  std::shared_ptr<const FieldBricks> bricks;
   GridGeometry geometry;
   SupportMask mask;
   std::string frame_id = "map";  ///< the map's frame

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "ttsdf_localization/mapping/surface_mesh.h"
@@ -24,17 +25,22 @@ SurfaceMesh subdivided(const SurfaceMesh& mesh, float max_edge);
 
 struct NearestSurfaceOptions {
   float exact_within = 1e9F;  ///< [voxel]; further out the distance may be up to two voxels too large
+  /// Samples further out get no triangle and an infinite distance, and a mesh may be empty [voxel].
+  float none_beyond = std::numeric_limits<float>::infinity();
+  /// Per sample, if given: 0 for those that get no triangle, wherever they are.
+  const std::vector<std::uint8_t>* wanted = nullptr;
   int threads = 2;
   std::function<void(double share)> report;  ///< may throw to cancel
 };
 
 struct NearestSurface {
   std::vector<std::int32_t> triangle;  ///< per sample, first index fastest; -1: no surface
-  std::vector<float> distance;         ///< unsigned [voxel]
+  std::vector<float> distance;         ///< unsigned [voxel]; infinite without a triangle
 };
 
 /// `mesh` in index coordinates of the grid. Edges must not be longer than two voxels (see subdivided).
-/// Throws std::invalid_argument for an empty mesh or one that lies outside the grid.
+/// Throws std::invalid_argument for an empty mesh or one that lies outside the grid, unless none_beyond is
+/// set.
 NearestSurface nearestSurface(const SurfaceMesh& mesh, const Dims& dims,
                               const NearestSurfaceOptions& options);
 

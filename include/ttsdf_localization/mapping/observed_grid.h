@@ -44,5 +44,8 @@ void check(const ObservedGrid& grid);
 /// Dense copy of a volume over the box of its band plus `margin` voxels on every side.
 /// Throws std::runtime_error if no surface was observed.
 ObservedGrid observedGrid(const TsdfVolume& volume, int margin, int threads = 2);
+/// The samples [origin, origin + dims) of a volume.
+ObservedGrid observedGrid(const TsdfVolume& volume, const Eigen::Array3i& origin, const Dims& dims,
+                          int threads);
 
 }  // namespace ttsdf

@@ -22,8 +22,9 @@ struct ObservedSurface {
 /// Dual mesh of the crossings (one vertex per cell that is crossed, the mean of the crossings on the cell's
 /// edges; one quadrilateral per crossing). Crossings are linear interpolations of two neighbours, so the
 /// slope of a projective distance does not matter. Connected pieces of fewer than `min_component` vertices
-/// are noise and dropped.
-ObservedSurface observedSurface(const ObservedGrid& grid, int min_component, int threads = 2);
+/// are noise and dropped; `keep_cut`: not those that reach the grid's outermost cells and may go on beyond.
+ObservedSurface observedSurface(const ObservedGrid& grid, int min_component, int threads = 2,
+                                bool keep_cut = false);
 
 /// Normals and borders of any mesh whose triangles share vertices.
 ObservedSurface describeSurface(SurfaceMesh mesh, int normal_smoothing);

@@ -57,10 +57,16 @@ struct SignedDistance {
   std::vector<std::uint8_t> supported;  ///< the value means something
 };
 
-/// Sign and support of every sample. `surface` in index coordinates of `geometry`.
+/// Sign and support of every sample. `surface` in index coordinates of `geometry`. Samples without a triangle
+/// (NearestSurfaceOptions::none_beyond) need both clamps: they are free space at the positive one, or
+/// unknown.
 SignedDistance signedDistance(const ObservedGrid& observed, const ObservedSurface& surface,
                               const NearestSurface& nearest, const GridGeometry& geometry,
                               const SignedDistanceOptions& options);
+
+/// 1 for values that mean nothing: neither known nor supported, or near a jump of the sign far from any
+/// surface, which also loses its support.
+std::vector<std::uint8_t> looseSamples(SignedDistance& field, double voxel_size, int threads);
 
 /// Gives values that mean nothing (neither known nor supported) a smooth course, and takes support from
 /// unknown samples where the sign jumps far from any surface. Known samples keep their values.

@@ -14,6 +14,7 @@ struct TtSvdOptions {
   int max_rank2 = 0;              ///< cap on r2; 0: none
   double tolerance = 0.0;         ///< relative Frobenius error allowed; 0: none
   std::optional<ModeOrder> axes;  ///< default: defaultModeOrder(dims)
+  int threads = 1;                ///< above 1 a slab source is called from several threads at once
 };
 
 struct TtSvdResult {
@@ -32,7 +33,8 @@ TtSvdResult ttSvd(const DenseTensor& tensor, const TtSvdOptions& options);
 using SlabSource = std::function<void(int j, Eigen::Ref<Eigen::MatrixXf> slab)>;
 
 /// The same without the dense array in memory: the source is asked for every slab twice.
-/// Memory: n1^2 + n3^2 doubles and n1 n3 + r1 n2 n3 floats.
+/// Memory: n1^2 + n3^2 doubles, eightfold above one thread, and r1 n2 n3 floats. The result depends on the
+/// number of threads by rounding in double only.
 TtSvdResult ttSvd(const Dims& dims, const SlabSource& source, const TtSvdOptions& options);
 
 /// Recompression of a train to lower ranks (same options; `axes` is ignored), without the full array: QR of

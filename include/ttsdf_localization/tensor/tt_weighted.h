@@ -15,12 +15,20 @@ struct WeightedFitOptions {
   std::function<bool(double)> keep_going;
 };
 
+/// Fills values [m] and weights (n1 x n3, column-major, chain order of the start train) of middle index j.
+/// Called from several threads at once.
+using WeightedSlabSource =
+    std::function<void(int j, Eigen::Ref<Eigen::MatrixXf> values, Eigen::Ref<Eigen::MatrixXf> weights)>;
+
 /// Minimises sum w (F - TT)^2 from `start` at its ranks. Weights in [0, 1], one per entry in the tensor's
 /// order; 0 means "don't care". Expectation-maximisation for weighted low-rank approximation (Srebro,
 /// Jaakkola 2003) with over-relaxation; every sweep completes the array with the current train and takes one
 /// orthogonal iteration on the first and last core. Throws std::invalid_argument if the shapes differ.
 TensorTrain fitWeighted(const DenseTensor& tensor, const std::vector<float>& weights,
                         const TensorTrain& start, const WeightedFitOptions& options);
+/// The same slab by slab: every slab is asked for twice a sweep.
+TensorTrain fitWeighted(const WeightedSlabSource& source, const TensorTrain& start,
+                        const WeightedFitOptions& options);
 
 /// sqrt(sum w (F - TT)^2 / sum w).
 double weightedRms(const DenseTensor& tensor, const std::vector<float>& weights, const TensorTrain& train);

@@ -1,0 +1,39 @@
+#pragma once
+// Work on the slabs of an array by several threads, with results that do not depend on how many there are.
+
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace ttsdf {
+
+/// Partial sums of a reduction over slabs: fixed, so that the order of summation is.
+constexpr int kSlabParts = 8;
+
+/// Runs work(part, begin, end) over `parts` equal ranges of [0, count) on `threads` threads (the calling one
+/// is one of them). The first exception of `work` reaches the caller.
+template <class Work>
+void overParts(int count, int parts, int threads, const Work& work) {
+  std::exception_ptr failure;
+  std::mutex guard;
+  const auto run = [&](int thread) {
+    try {
+      for (int part = thread; part < parts; part += threads) {
+        const auto begin = static_cast<int>(static_cast<long>(count) * part / parts);
+        const auto end = static_cast<int>(static_cast<long>(count) * (part + 1) / parts);
+        if (begin < end) work(part, begin, end);
+      }
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(guard);
+      if (!failure) failure = std::current_exception();
+    }
+  };
+  std::vector<std::thread> helpers;
+  for (int thread = 1; thread < threads; ++thread) helpers.emplace_back(run, thread);
+  run(0);
+  for (auto& helper : helpers) helper.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace ttsdf
