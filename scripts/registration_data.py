@@ -62,6 +62,7 @@ class Answers:
     accepted: int
     wrong: int     # accepted, and farther away
     seconds: tuple  # wall clock: median, largest
+    processor: float  # median seconds of all threads together: what a busy machine does not change
 
     @property
     def refused(self):
@@ -74,7 +75,8 @@ def answers(rows, same_place=True):
     accepted = [row["accepted"] == "1" for row in rows]
     milliseconds = [row["ms"] for row in rows]
     return Answers(len(rows), sum(near), sum(accepted), sum(a and not n for a, n in zip(accepted, near)),
-                   (1e-3 * float(np.median(milliseconds)), 1e-3 * max(milliseconds)))
+                   (1e-3 * float(np.median(milliseconds)), 1e-3 * max(milliseconds)),
+                   1e-3 * float(np.median([row["cpu_ms"] for row in rows])))
 
 
 def log_so3(R):
