@@ -155,7 +155,8 @@ def covariance_section(output, bars):
         table(["map", "scans", *(f"{name} [%]" for name in data.COORDINATES), "all six [%]", "squared distance, median / mean",
                "below 16.8 [%]", "position: sigma reported / rms error [mm]"], lines),
         "Directions without information, in worlds that leave some (`test/registration/registration_test.cpp` has the same on "
-        "exact fields). More are reported where a view shows too little of a surface, as of the corridor's floor:", table(["world", "weak directions", "at least as many found", "number reported: scans"], weak)])
+        "exact fields). More are reported where a view shows too little of a surface, as of the corridor's floor:",
+        table(["world", "weak directions", "at least as many found", "number reported: scans"], weak)])
 
 
 def exact_section(output, bars):
