@@ -12,3 +12,8 @@ endforeach()
 add_executable(building_benchmark benchmark/building_benchmark.cpp)
 target_link_libraries(building_benchmark PRIVATE
   ttsdf_tools ttsdf_simulation ttsdf_mapping ttsdf_core ttsdf_warnings)
+
+# Figures, not times.
+add_executable(field_accuracy benchmark/field_accuracy.cpp)
+target_link_libraries(field_accuracy PRIVATE
+  ttsdf_tools ttsdf_simulation ttsdf_mapping ttsdf_core ttsdf_warnings)

@@ -21,8 +21,8 @@ SECTIONS = (
     ("Maps and bags, with ROS libraries but without a master", "In the same folder.", ("offline_localizer",)),
     ("Scripts", "In `scripts/`.",
      ("demo", "test", "setup", "build", "frames_from", "frames_to_bag", "frames_to_batch", "evaluate_trajectory",
-      "results", "evaluate", "registration_report", "replay_results", "long_drive", "plot_evaluation", "plot_map",
-      "benchmark", "screenshot", "update_pages")),
+      "results", "map_results", "evaluate", "registration_report", "replay_results", "long_drive", "plot_evaluation",
+      "plot_map", "benchmark", "screenshot", "update_pages")),
 )
 
 
