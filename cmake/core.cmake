@@ -62,6 +62,7 @@ ttsdf_library(ttsdf_core
     src/localization/global_job.cpp
     src/localization/localizer.cpp
     src/localization/localizer_recovery.cpp
+    src/localization/localizer_tracking.cpp
   PUBLIC Eigen3::Eigen
   PRIVATE ZLIB::ZLIB Threads::Threads ${LZMA_LIBRARY})
 

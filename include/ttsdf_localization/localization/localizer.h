@@ -99,8 +99,12 @@ class Localizer {
   std::optional<PoseGuess> lastPose() const;
 
  private:
-  // localizer.cpp: a scan's way.
+  // localizer.cpp: what comes in.
   LocalizationUpdate handle(const LocalizerScan& scan);
+  LocalizationUpdate blank(const LocalizerScan& scan) const;
+  LocalizationUpdate finish(LocalizationUpdate& update) const;
+
+  // localizer_tracking.cpp: a scan's way while the pose is known.
   LocalizationUpdate track(const LocalizerScan& scan);
   RegistrationResult alignNear(const LocalizerScan& scan, const Prediction& prior);
   /// Whether the prior may be meant by this pose; if not, the pose has to be found and confirmed.
@@ -120,9 +124,7 @@ class Localizer {
   /// Least inlier ratio while tracking, and after a search near the last pose.
   double trackingInliers() const;
   double recoveryInliers() const;
-  LocalizationUpdate blank(const LocalizerScan& scan) const;
   static void fillPose(const LocalizerScan& scan, const PoseEstimate& sensor, LocalizationUpdate& update);
-  LocalizationUpdate finish(LocalizationUpdate& update) const;
 
   // localizer_recovery.cpp: the way back.
   LocalizationUpdate tryGuesses(const LocalizerScan& scan);
