@@ -67,6 +67,7 @@ void Localizer::setOptions(const LocalizerOptions& options) {
 
 void Localizer::setGuess(PoseGuess guess) {
   start_guess_ = guess;
+  forgetUsualFit();  // what is usual may be another thing there
   guesses_.assign(1, std::move(guess));
   guess_attempts_ = 0;
   stopConfirming();
@@ -193,6 +194,7 @@ LocalizationUpdate Localizer::finishGlobal(const GlobalJob& job) {
                     "global localization",
                     options_.recovery.confirmation_seconds};
     guesses_.assign(1, std::move(guess));
+    forgetUsualFit();
     guess_attempts_ = 0;
     update.T_map_base = job.T_map_base();
     update.T_map_sensor = job.result().T_map_sensor;

@@ -95,9 +95,10 @@ Refusal Localizer::examine(const LocalizerScan& scan, const Eigen::Isometry3d& T
 
 LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction& prior,
                                      LocalizationUpdate& update) {
-  const PoseEstimate before = atSensor(scan, prior);
   const RegistrationResult& result = update.registration;
-  const PoseEstimate after = fused(before, {result.T_map_sensor, result.covariance});
+  const PoseEstimate measured{result.T_map_sensor, result.covariance};
+  const PoseEstimate before = ttsdf::widened(atSensor(scan, prior), measured),
+                     after = fused(before, measured);
   fillPose(scan, {after.T, withPriorInWeakDirections(result.covariance, before.covariance, 6)}, update);
   motion_.correct(scan, update.T_map_base, movedCovariance(after.covariance, baseFromSensor(update)));
   refused_in_row_ = 0;
@@ -110,7 +111,8 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   return believe(scan, update);
 }
 
-LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdate& update, double seconds) {
+LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdate& update,
+                                    double min_inlier_ratio, double seconds) {
   const auto& search = options_.search;
   const Matrix6d spread = isotropicCovariance(search.rotation_sigma, search.translation_sigma);
   const RegistrationResult& result = update.registration;
@@ -120,6 +122,7 @@ LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdat
   guesses_.clear();
   guess_attempts_ = refused_in_row_ = 0;
   confirmations_left_ = options_.recovery.confirmation_scans;
+  confirming_inliers_ = min_inlier_ratio;
   confirmed_from_ = seconds > 0.0 ? scan.stamp + seconds : kNever;
   if (!confirming()) return believe(scan, update);
   state_ = LocalizerState::kRelocalizing;
@@ -150,6 +153,9 @@ LocalizationUpdate Localizer::refuse(const LocalizerScan& scan, const Refusal& r
   update.reason = refusal.reason;
   update.message = refusal.message;
   ++refused_in_row_;
+  const bool silent = saysNothing(refusal.reason) && scan.T_odom_base;
+  const bool brief = scan.stamp - motion_.lastStamp() < options_.recovery.lost_after_seconds;
+  if (confirming() && silent && brief) return finish(update);  // a hand over the lens
   if (confirming()) {
     stopConfirming();
     becomeLost(searches_done_);
@@ -158,7 +164,6 @@ LocalizationUpdate Localizer::refuse(const LocalizerScan& scan, const Refusal& r
   }
   // A scan that says nothing does not speak against the odometry, and interrupts those that do.
   const auto& recovery = options_.recovery;
-  const bool silent = saysNothing(refusal.reason) && scan.T_odom_base;
   if (silent) last_silent_stamp_ = scan.stamp;
   const double since_good = scan.stamp - motion_.lastStamp();
   const double contradicted = std::min(since_good, scan.stamp - last_silent_stamp_);
@@ -194,7 +199,7 @@ void Localizer::becomeLost(int searches_done) {
 
 double Localizer::trackingInliers() const {
   // A pose still to be confirmed is held to the standard it was found by.
-  if (confirming()) return recoveryInliers();
+  if (confirming()) return confirming_inliers_;
   return std::max(options_.gates.min_inlier_ratio, options_.gates.min_relative_inliers * usual_inliers_);
 }
 

@@ -28,16 +28,30 @@ double deviation(const Eigen::Isometry3d& T, const Eigen::Isometry3d& T_prior, c
   return std::sqrt(std::max(0.0, xi.dot(spread.ldlt().solve(xi))));
 }
 
-PoseEstimate fused(const PoseEstimate& prior, const PoseEstimate& measured) {
-  constexpr double kChance = 22.5;  // 99.9 % quantile of the chi-squared distribution of 6 degrees of freedom
+namespace {
+/// From the prior to the measurement, left perturbation about the frame's position.
+Vector6d innovation(const PoseEstimate& prior, const PoseEstimate& measured) {
   Vector6d xi;
   xi << logSo3(measured.T.linear() * prior.T.linear().transpose()),
       measured.T.translation() - prior.T.translation();
+  return xi;
+}
+}  // namespace
+
+PoseEstimate widened(const PoseEstimate& prior, const PoseEstimate& measured) {
+  constexpr double kChance = 22.5;  // 99.9 % quantile of the chi-squared distribution of 6 degrees of freedom
+  const Vector6d xi = innovation(prior, measured);
   const Matrix6d sum = prior.covariance + measured.covariance;
   const double deviation = xi.dot(sum.ldlt().solve(xi));
-  const Matrix6d P = prior.covariance * std::max(1.0, deviation / kChance);
+  if (!(deviation > kChance)) return prior;
+  // By Sherman and Morrison this leaves a deviation of exactly kChance.
+  return {prior.T, prior.covariance + (1.0 / kChance - 1.0 / deviation) * xi * xi.transpose()};
+}
+
+PoseEstimate fused(const PoseEstimate& prior, const PoseEstimate& measured) {
+  const Matrix6d& P = prior.covariance;
   const Matrix6d gain = (P + measured.covariance).ldlt().solve(P).transpose();
-  const Vector6d step = gain * xi;
+  const Vector6d step = gain * innovation(prior, measured);
   if (!step.allFinite()) return measured;
   PoseEstimate result;
   result.T.linear() =

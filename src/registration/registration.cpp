@@ -105,7 +105,7 @@ bool hasInside(const DistanceField& field) {
     ++near;
     inside += samples.values[n] < 0.0f ? 1 : 0;
   }
-  return inside >= kShare * near;
+  return near > 0 && inside >= kShare * near;
 }
 
 }  // namespace

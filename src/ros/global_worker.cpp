@@ -13,7 +13,7 @@ GlobalWorker::~GlobalWorker() {
   if (thread_.joinable()) thread_.join();
 }
 
-bool GlobalWorker::start(GlobalJob job) {
+bool GlobalWorker::start(GlobalJob& job) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (running_) return false;
   if (thread_.joinable()) thread_.join();  // has ended
@@ -26,6 +26,7 @@ bool GlobalWorker::start(GlobalJob job) {
   } catch (const std::system_error& error) {
     ROS_ERROR_STREAM("global localization: no thread for it: " << error.what());
     running_ = false;
+    job = std::move(*job_);
   }
   return running_;
 }

@@ -155,7 +155,7 @@ void LocalizationRos::process(const ReadyScan& ready) {
   try {
     seen.scan = withTransforms(*ready.cloud, ready.odometry, tf_buffer_, options_.frames,
                                options_.localizer.motion.prior);
-  } catch (const tf2::TransformException& error) {
+  } catch (const std::exception& error) {  // none, or one that is no rigid motion
     refuse(seen.header, Status::REASON_NO_TRANSFORM, error.what());
     return;
   }

@@ -47,7 +47,11 @@ void LocalizationRos::startGlobal(const SeenScan& seen) {
   tf_output_.stop();
   const auto down = gravity_.down(seen.header.frame_id, seen.header.stamp);
   global_outcome_.reset();
-  global_worker_->start(localizer_.beginGlobal(seen.scan, down));
+  GlobalJob job = localizer_.beginGlobal(seen.scan, down);
+  if (!global_worker_->start(job)) {
+    global_outcome_ = localizer_.finishGlobal(job);
+    return;
+  }
   Status status;
   status.state = statusState(localizer_.state());
   status.message = std::string("global localization ") + (down ? "with" : "without") + " gravity";

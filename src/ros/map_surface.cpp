@@ -14,6 +14,8 @@
 namespace ttsdf {
 
 namespace {
+constexpr double kRetrySeconds = 2.0;
+
 MapSurfaceOptions load(const ros::NodeHandle& private_node) {
   MapSurfaceOptions options;
   ParameterSet set;
@@ -47,6 +49,7 @@ MapSurface::~MapSurface() {
 }
 
 void MapSurface::onStatus(const ttsdf_localization::LocalizationStatus& status) {
+  const std::lock_guard<std::mutex> lock(mutex_);
   if (status.map_id.empty() || status.map_id == shown_) return;
   shown_ = status.map_id;
   wanted_.put(status.map_id);
@@ -58,6 +61,11 @@ void MapSurface::run() {
       show();
     } catch (const std::exception& error) {
       ROS_WARN_STREAM("No surface of map " << *map_id << ": " << error.what());
+      // The old map's surface would be taken for the new one's. The next status asks again, but not at once.
+      publisher_.publish(surfaceMarker(SurfaceMesh(), options_.max_triangles, "map", ros::Time::now()));
+      ros::WallDuration(kRetrySeconds).sleep();
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (shown_ == *map_id) shown_.clear();
     }
   }
 }

@@ -21,7 +21,9 @@ PosedCloudSource::PosedCloudSource(ros::NodeHandle nh, const std::string& global
                                    const ScanSelectionOptions& selection, int queue_size, Callback callback)
     : global_frame_id_(withoutLeadingSlash(global_frame_id)),
       callback_(std::move(callback)),
-      listener_(std::make_unique<tf2_ros::TransformListener>(buffer_)),
+      // In the clouds' queue, not in a thread of its own: tf2's filter forgets a cloud whose transform comes while
+      // the cloud is being added.
+      listener_(std::make_unique<tf2_ros::TransformListener>(buffer_, nh, false)),
       selector_(selection),
       filter_(buffer_, global_frame_id_, static_cast<std::uint32_t>(queue_size), nh) {
   filter_.registerCallback([this](const sensor_msgs::PointCloud2ConstPtr& cloud) { handle(cloud); });
@@ -41,7 +43,7 @@ PosedCloudSource::PosedCloudSource(ros::NodeHandle nh, const std::string& global
 
 PosedCloudSource::~PosedCloudSource() {
   subscriber_.unsubscribe();
-  listener_.reset();  // its thread must not walk through the filter's requests while they are taken away
+  listener_.reset();  // no transform must walk through the filter's requests while they are taken away
 }
 
 void PosedCloudSource::watch(const sensor_msgs::PointCloud2ConstPtr& cloud) {

@@ -1,8 +1,10 @@
 #pragma once
 // Work on the slabs of an array by several threads, with results that do not depend on how many there are.
 
+#include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -17,9 +19,10 @@ template <class Work>
 void overParts(int count, int parts, int threads, const Work& work) {
   std::exception_ptr failure;
   std::mutex guard;
-  const auto run = [&](int thread) {
+  std::atomic<int> next{0};
+  const auto run = [&] {
     try {
-      for (int part = thread; part < parts; part += threads) {
+      for (int part = next++; part < parts; part = next++) {
         const auto begin = static_cast<int>(static_cast<long>(count) * part / parts);
         const auto end = static_cast<int>(static_cast<long>(count) * (part + 1) / parts);
         if (begin < end) work(part, begin, end);
@@ -30,8 +33,12 @@ void overParts(int count, int parts, int threads, const Work& work) {
     }
   };
   std::vector<std::thread> helpers;
-  for (int thread = 1; thread < threads; ++thread) helpers.emplace_back(run, thread);
-  run(0);
+  try {
+    for (int thread = 1; thread < threads; ++thread) helpers.emplace_back(run);
+  } catch (const std::system_error&) {
+    // The system gives no more threads: those there are do the work.
+  }
+  run();
   for (auto& helper : helpers) helper.join();
   if (failure) std::rethrow_exception(failure);
 }

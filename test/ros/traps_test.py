@@ -86,7 +86,7 @@ class Traps(unittest.TestCase):
         self.assertIn('little information', status.message)
         self.assertTrue(r.wait_for_new(r.poses, 20), r.history())
         pose = r.poses[-1]
-        self.assertLess(self.error_of(pose)[0], 0.05)  # the prior is kept, nothing slides along the wall
+        self.assertLess(self.error_of(pose)[0], 0.05)  # the prior counts, nothing slides along the wall
         sigma = np.sqrt(np.diag(np.array(pose.pose.covariance).reshape(6, 6)))
         self.assertGreater(sigma[1], 5.0 * sigma[0])  # along the wall against across it
         self.assertGreater(sigma[2], 5.0 * sigma[0])

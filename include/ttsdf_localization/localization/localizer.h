@@ -111,8 +111,10 @@ class Localizer {
   Refusal checkPlausible(const LocalizerScan& scan, const Prediction& prior,
                          const RegistrationResult& result) const;
   LocalizationUpdate accept(const LocalizerScan& scan, const Prediction& prior, LocalizationUpdate& update);
-  /// A pose found: believed after the confirmation scans that agree for at least `seconds`.
-  LocalizationUpdate place(const LocalizerScan& scan, LocalizationUpdate& update, double seconds);
+  /// A pose found: believed after the confirmation scans that agree for at least `seconds`, by the inlier
+  /// ratio it was found with.
+  LocalizationUpdate place(const LocalizerScan& scan, LocalizationUpdate& update, double min_inlier_ratio,
+                           double seconds);
   bool confirming() const;
   void stopConfirming();
   LocalizationUpdate believe(const LocalizerScan& scan, LocalizationUpdate& update);
@@ -156,6 +158,7 @@ class Localizer {
   double usual_score_ = 1.0;              ///< the same of the score; 1: not known
   int guess_attempts_ = 0;
   int confirmations_left_ = 0;
+  double confirming_inliers_ = 0.0;  ///< least inlier ratio meanwhile
   int refused_in_row_ = 0;
   double last_search_stamp_;
   int searches_done_ = 0;

@@ -25,9 +25,12 @@ struct PoseEstimate {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
+/// The prior as it is, or, if the measurement contradicts it beyond chance (99.9 %), less certain in the
+/// direction of the contradiction, so that no more than chance is left of it: as after slipping wheels.
+PoseEstimate widened(const PoseEstimate& prior, const PoseEstimate& measured);
+
 /// The most likely pose of two independent estimates of it (product of normal distributions, i.e. a Kalman
-/// update): the prior counts along directions in which the measurement says little. A prior that contradicts
-/// the measurement beyond chance (99.9 %) is trusted less, as after slipping wheels.
+/// update): the prior counts along directions in which the measurement says little.
 PoseEstimate fused(const PoseEstimate& prior, const PoseEstimate& measured);
 
 /// Keeps `measured` but for its `weak` weakest directions (those where it is largest compared with `prior`),

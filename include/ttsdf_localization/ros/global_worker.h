@@ -24,7 +24,7 @@ class GlobalWorker {
   GlobalWorker& operator=(const GlobalWorker&) = delete;
 
   /// False if one is running (a cancelled one runs until it notices).
-  bool start(GlobalJob job);
+  bool start(GlobalJob& job);
   /// True if one was running.
   bool cancel();
   bool running() const { return running_; }

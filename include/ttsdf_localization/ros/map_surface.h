@@ -40,7 +40,8 @@ class MapSurface {
   ros::NodeHandle node_;
   ros::Publisher publisher_;
   ros::Subscriber subscriber_;
-  std::string shown_;               ///< id of the map asked for last
+  std::mutex mutex_;
+  std::string shown_;               ///< id of the map asked for last; empty after a failure
   NewestSlot<std::string> wanted_;  ///< ids of maps
   std::thread worker_;
 };
