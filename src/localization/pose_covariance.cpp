@@ -7,6 +7,15 @@
 
 namespace ttsdf {
 
+namespace {
+/// From the prior to a pose, left perturbation about the frame's position.
+Vector6d innovation(const Eigen::Isometry3d& T_prior, const Eigen::Isometry3d& T) {
+  Vector6d xi;
+  xi << logSo3(T.linear() * T_prior.linear().transpose()), T.translation() - T_prior.translation();
+  return xi;
+}
+}  // namespace
+
 Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Vector3d& offset) {
   // A small rotation w moves the new point by w x offset = -hat(offset) w.
   Matrix6d J = Matrix6d::Identity();
@@ -22,25 +31,14 @@ Matrix6d isotropicCovariance(double rotation_sigma, double translation_sigma) {
 }
 
 double deviation(const Eigen::Isometry3d& T, const Eigen::Isometry3d& T_prior, const Matrix6d& covariance) {
-  Vector6d xi;
-  xi << logSo3(T.linear() * T_prior.linear().transpose()), T.translation() - T_prior.translation();
+  const Vector6d xi = innovation(T_prior, T);
   const Matrix6d spread = covariance + isotropicCovariance(0.02, 0.05);  // nobody points more exactly
   return std::sqrt(std::max(0.0, xi.dot(spread.ldlt().solve(xi))));
 }
 
-namespace {
-/// From the prior to the measurement, left perturbation about the frame's position.
-Vector6d innovation(const PoseEstimate& prior, const PoseEstimate& measured) {
-  Vector6d xi;
-  xi << logSo3(measured.T.linear() * prior.T.linear().transpose()),
-      measured.T.translation() - prior.T.translation();
-  return xi;
-}
-}  // namespace
-
 PoseEstimate widened(const PoseEstimate& prior, const PoseEstimate& measured) {
   constexpr double kChance = 22.5;  // 99.9 % quantile of the chi-squared distribution of 6 degrees of freedom
-  const Vector6d xi = innovation(prior, measured);
+  const Vector6d xi = innovation(prior.T, measured.T);
   const Matrix6d sum = prior.covariance + measured.covariance;
   const double deviation = xi.dot(sum.ldlt().solve(xi));
   if (!(deviation > kChance)) return prior;
@@ -51,7 +49,7 @@ PoseEstimate widened(const PoseEstimate& prior, const PoseEstimate& measured) {
 PoseEstimate fused(const PoseEstimate& prior, const PoseEstimate& measured) {
   const Matrix6d& P = prior.covariance;
   const Matrix6d gain = (P + measured.covariance).ldlt().solve(P).transpose();
-  const Vector6d step = gain * innovation(prior, measured);
+  const Vector6d step = gain * innovation(prior.T, measured.T);
   if (!step.allFinite()) return measured;
   PoseEstimate result;
   result.T.linear() =

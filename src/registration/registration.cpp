@@ -63,14 +63,12 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
                "A direction with less of the information is reported as weak")
           .add("hold_weak", &O::hold_weak,
                "Weak directions stay at the prior; off: they follow the little the scan says, for a prior "
-               "that counts "
-               "afterwards")
+               "that counts afterwards")
           .add("weak_sigma", &O::weak_sigma, 0.01, 100.0, "m",
                "Standard deviation reported for directions that stay at the prior")
           .add("check_facing", &O::check_facing,
                "Points behind a mapped surface, as the scan sees it, carry no information; needs scans taken "
-               "from "
-               "the origin of their frame")
+               "from the origin of their frame")
           .add("long_range", &O::long_range,
                "Pull scans in by a coarse distance field made when the map is loaded")
           .add("restarts", &O::restarts, 0, 1000, "",

@@ -12,8 +12,9 @@ namespace ttsdf {
 /// the outer products of the score of clusters: neighbouring points see the same map and sensor errors, so
 /// they must not count as independent. Clusters are cells of `cluster_size` [m] of the map frame. To B comes
 /// what no residual shows, because the pose takes it up: whole surfaces that are off, by as much as the
-/// residuals of a cluster have in common. Directions with less than `weak_threshold` of the information get
-/// `weak_sigma` [m] (rotation: weak_sigma / radius).
+/// residuals of a cluster have in common. The part of the information that noise of the
+/// map's gradients would show as well is not counted. Directions with less than `weak_threshold` of the
+/// information get `weak_sigma` [m] (rotation: weak_sigma / radius).
 Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
                             const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model,
                             double cluster_size, double weak_threshold, double weak_sigma);

@@ -16,13 +16,6 @@ namespace ttsdf {
 namespace {
 constexpr double kRetrySeconds = 2.0;
 
-MapSurfaceOptions load(const ros::NodeHandle& private_node) {
-  MapSurfaceOptions options;
-  ParameterSet set;
-  set.add("", options, mapSurfaceOptionTable());
-  set.load(private_node);
-  return options;
-}
 }  // namespace
 
 const OptionTable<MapSurfaceOptions>& mapSurfaceOptionTable() {
@@ -36,7 +29,7 @@ const OptionTable<MapSurfaceOptions>& mapSurfaceOptionTable() {
 }
 
 MapSurface::MapSurface(const ros::NodeHandle& node, const ros::NodeHandle& private_node)
-    : options_(load(private_node)), node_(node) {
+    : options_(loadOptions(mapSurfaceOptionTable(), private_node)), node_(node) {
   publisher_ = node_.advertise<visualization_msgs::Marker>("map_surface", 1, true);
   worker_ = std::thread(&MapSurface::run, this);
   subscriber_ = node_.subscribe("status", 10, &MapSurface::onStatus, this);

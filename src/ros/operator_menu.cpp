@@ -22,14 +22,6 @@ namespace {
 constexpr const char* kMarker = "operator";
 constexpr double kDrawPeriod = 0.2;  // [s] a marker moves this often at most
 
-OperatorMenuOptions load(const ros::NodeHandle& private_node) {
-  OperatorMenuOptions options;
-  ParameterSet set;
-  set.add("", options, operatorMenuOptionTable());
-  set.load(private_node);
-  return options;
-}
-
 std_msgs::ColorRGBA colour(std::uint8_t state) {
   using Status = ttsdf_localization::LocalizationStatus;
   std_msgs::ColorRGBA c;
@@ -90,7 +82,7 @@ std::string statusText(const ttsdf_localization::LocalizationStatus& status, con
 }
 
 OperatorMenu::OperatorMenu(const ros::NodeHandle& node, const ros::NodeHandle& private_node)
-    : options_(load(private_node)), node_(node), server_("operator") {
+    : options_(loadOptions(operatorMenuOptionTable(), private_node)), node_(node), server_("operator") {
   position_.z = options_.height;
   text_ = node_.advertise<visualization_msgs::Marker>("operator/text", 1, true);
   draw();

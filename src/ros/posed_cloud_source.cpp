@@ -21,8 +21,8 @@ PosedCloudSource::PosedCloudSource(ros::NodeHandle nh, const std::string& global
                                    const ScanSelectionOptions& selection, int queue_size, Callback callback)
     : global_frame_id_(withoutLeadingSlash(global_frame_id)),
       callback_(std::move(callback)),
-      // In the clouds' queue, not in a thread of its own: tf2's filter forgets a cloud whose transform comes while
-      // the cloud is being added.
+      // In the clouds' queue, not in a thread of its own: tf2's filter forgets a cloud whose transform comes
+      // while the cloud is being added.
       listener_(std::make_unique<tf2_ros::TransformListener>(buffer_, nh, false)),
       selector_(selection),
       filter_(buffer_, global_frame_id_, static_cast<std::uint32_t>(queue_size), nh) {

@@ -305,8 +305,8 @@ TEST(Registration, EveryReasonHasItsName) {
   EXPECT_EQ(std::unique(names.begin(), names.end()), names.end());
 }
 
-/// A floor, a side wall, and a thin wall across that was mapped from its far side (x < 2) only: its other face,
-/// at x = 2.1, is not in the map.
+/// A floor, a side wall, and a thin wall across that was mapped from its far side (x < 2) only: its other
+/// face, at x = 2.1, is not in the map.
 class OneSidedWall final : public DistanceField {
  public:
   const GridGeometry& geometry() const override { return geometry_; }
@@ -346,7 +346,8 @@ TEST(Registration, TheUnmappedFaceOfAThinWallDoesNotPull) {
   EXPECT_LT(poseError(truth, held.T_map_sensor).translation, 0.002);
   // What the check is for: without it the wall's far face draws the scan to itself.
   options.check_facing = false;
-  const RegistrationResult pulled = Registration(std::make_shared<OneSidedWall>(), options).align(scan, truth);
+  const RegistrationResult pulled =
+      Registration(std::make_shared<OneSidedWall>(), options).align(scan, truth);
   EXPECT_GT(poseError(truth, pulled.T_map_sensor).translation, 0.05);
 }
 

@@ -302,16 +302,19 @@ def start_tracking(test, recorder, robot, timeout=90.0):
 class RobotTestCase(unittest.TestCase):
     """Tests that share one robot and one recorder, and begin with the robot being tracked."""
 
+    robot_options = {}
+
     @classmethod
     def setUpClass(cls):
         cls.recorder = Recorder()
-        cls.robot = FakeRobot().start()
+        cls.robot = FakeRobot(**cls.robot_options).start()
 
     @classmethod
     def tearDownClass(cls):
         cls.robot.stop()
 
     def setUp(self):
+        self.robot.change_points = None
         self.robot.send_clouds = True
         self.robot.velocity = 0.0
         if self.recorder.state() != Status.TRACKING:

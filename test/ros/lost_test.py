@@ -2,7 +2,6 @@
 """Carried away, the robot says so, publishes nothing as good, and finds itself again."""
 
 import os
-import unittest
 import xmlrpc.client
 
 import numpy as np
@@ -11,7 +10,7 @@ import rospy
 import rostest
 
 import room
-from fake_robot import FakeRobot, Recorder, Status, errors, matrix, start_tracking
+from fake_robot import RobotTestCase, Status, errors, matrix
 
 # Five metres apart.
 HERE = room.pose(0.8, 0.7, 0.0, 0.5)
@@ -31,21 +30,8 @@ def processor_seconds():
     return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
-class Lost(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.recorder = Recorder()
-        cls.robot = FakeRobot(start=HERE).start()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.robot.stop()
-
-    def setUp(self):
-        self.robot.change_points = None
-        self.robot.velocity = 0.0
-        if self.recorder.state() != Status.TRACKING:
-            start_tracking(self, self.recorder, self.robot)
+class Lost(RobotTestCase):
+    robot_options = {'start': HERE}
 
     def assert_every_pose_was_right(self, begin):
         for pose in self.recorder.poses[begin:]:

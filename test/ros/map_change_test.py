@@ -5,30 +5,23 @@ import os
 import subprocess
 import sys
 import tempfile
-import unittest
 
 import rospy
 import rostest
 
-from fake_robot import FakeRobot, Recorder, Status, errors, matrix, pose_message, start_tracking
+from fake_robot import RobotTestCase, Status, errors, matrix, pose_message
 from ttsdf_localization.msg import TtSdfMap
 from ttsdf_localization.srv import LoadMap, SetMap
 
 
-class MapChange(unittest.TestCase):
+class MapChange(RobotTestCase):
     @classmethod
     def setUpClass(cls):
+        super().setUpClass()
         cls.maps = rospy.get_param('~map_dir')
-        cls.recorder = Recorder()
-        cls.robot = FakeRobot().start()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.robot.stop()
 
     def setUp(self):
-        if self.recorder.state() != Status.TRACKING:
-            start_tracking(self, self.recorder, self.robot)
+        super().setUp()
         rospy.wait_for_service('localization/load_map', 30.0)
         self.load = rospy.ServiceProxy('localization/load_map', LoadMap)
         self.set_map = rospy.ServiceProxy('localization/set_map', SetMap)

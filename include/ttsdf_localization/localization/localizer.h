@@ -154,8 +154,8 @@ class Localizer {
   std::vector<PoseGuess> guesses_;        ///< to be tried; the best fit wins
   std::optional<PoseGuess> start_guess_;  ///< the last one from outside, tried again after a time jump
   std::optional<PoseGuess> believed_;     ///< the last pose published as good
-  double usual_inliers_ = 0.0;            ///< slow average of the inlier ratio while tracking; 0: not known
-  double usual_score_ = 1.0;              ///< the same of the score; 1: not known
+  double usual_inliers_ = 0.0;  ///< largest inlier ratio while tracking, slowly falling; 0: not known
+  double usual_score_ = 1.0;    ///< smallest score, slowly rising; 1: not known
   int guess_attempts_ = 0;
   int confirmations_left_ = 0;
   double confirming_inliers_ = 0.0;  ///< least inlier ratio meanwhile

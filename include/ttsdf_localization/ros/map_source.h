@@ -24,8 +24,8 @@ namespace ttsdf {
 struct LoadedMap {
   PreparedMap map;
   std::string map_id;
-  std::string frame_id;  ///< the map's own name for its frame
-  std::string summary;   ///< dims, ranks, voxel size, bytes in file and in memory
+  std::string frame_id;             ///< the map's own name for its frame
+  std::string summary;              ///< dims, ranks, voxel size, bytes in file and in memory
   std::vector<std::uint8_t> bytes;  ///< of the map file
 };
 

@@ -85,4 +85,14 @@ class ParameterSet {
   std::vector<std::string> ignored_;
 };
 
+/// Options of a node that has one table only. Throws as ParameterSet::load does.
+template <class Options>
+Options loadOptions(const OptionTable<Options>& table, const ros::NodeHandle& private_node) {
+  Options options;
+  ParameterSet set;
+  set.add("", options, table);
+  set.load(private_node);
+  return options;
+}
+
 }  // namespace ttsdf
