@@ -75,6 +75,7 @@ ttsdf_ros_library(ttsdf_ros
     src/ros/localization_ros.cpp
     src/ros/localization_ros_watch.cpp
     src/ros/localization_ros_pose.cpp
+    src/ros/localization_ros_global.cpp
     src/ros/localization_ros_services.cpp
   LIBS ttsdf_core)
 ttsdf_ros_library(ttsdf_localization_nodelet SOURCES src/nodes/localization_nodelet.cpp LIBS ttsdf_ros)

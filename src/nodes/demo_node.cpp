@@ -4,9 +4,17 @@
 #include <fstream>
 #include <iostream>
 
+#include "node_help.h"
 #include "ttsdf_localization/ros/demo_ros.h"
 
 namespace {
+
+constexpr ttsdf::NodeHelp kHelp{
+    "demo_node", "",
+    R"(Leads the demo: lets the simulated camera drive, has a map built and saved, loads it in the localizer,
+measures the localization and prints a summary. Needs the other nodes of its launch file.
+)",
+    "demo.launch"};
 
 /// Runs the demo; the summary of one that broke off says why.
 std::string runDemo(ttsdf::DemoRos& demo) {
@@ -20,6 +28,7 @@ std::string runDemo(ttsdf::DemoRos& demo) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (ttsdf::printedHelp(argc, argv, kHelp)) return 0;
   ros::init(argc, argv, "demo");
   ros::NodeHandle nh, private_nh("~");
   try {

@@ -2,9 +2,24 @@
 
 #include <exception>
 
+#include "node_help.h"
 #include "ttsdf_localization/ros/localization_ros.h"
 
+namespace {
+constexpr ttsdf::NodeHelp kHelp{
+    "localization_node", "",
+    R"(Localizes a depth camera in a compressed map: clouds, TF and a map in, the pose of the base out.
+
+subscribes  cloud, initialpose, /tf, /tf_static; by parameter ttsdf_map, imu
+publishes   pose, odometry, status, aligned_cloud, path, /tf, /diagnostics,
+            ~parameter_descriptions, ~parameter_updates
+services    ~load_map, ~get_map, ~set_map, ~relocalize, ~global_localization, ~pause, ~reset, ~set_parameters
+)",
+    "localization.launch map_file:=/path/room.ttsdf"};
+}  // namespace
+
 int main(int argc, char** argv) {
+  if (ttsdf::printedHelp(argc, argv, kHelp)) return 0;
   ros::init(argc, argv, "localization");
   const ros::NodeHandle node, private_node("~");  // outlive the try: with the last handle the log goes too
   try {

@@ -1,12 +1,24 @@
-// usage: map_server_node MAP.ttsdf, or with the parameter ~map_file.
 #include <ros/ros.h>
 
 #include <exception>
 #include <string>
 
+#include "node_help.h"
 #include "ttsdf_localization/ros/map_server_ros.h"
 
+namespace {
+constexpr ttsdf::NodeHelp kHelp{
+    "map_server_node", "[MAP.ttsdf] ",
+    R"(Offers a map file to others; without an argument, that of the parameter ~map_file.
+
+publishes   ttsdf_map
+services    get_map
+)",
+    ""};
+}  // namespace
+
 int main(int argc, char** argv) {
+  if (ttsdf::printedHelp(argc, argv, kHelp)) return 0;
   ros::init(argc, argv, "map_server");
   ros::NodeHandle nh;
   std::string map_file = argc > 1 ? argv[1] : "";

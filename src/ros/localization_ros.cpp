@@ -62,6 +62,7 @@ LocalizationRos::LocalizationRos(const ros::NodeHandle& node, const ros::NodeHan
 LocalizationRos::~LocalizationRos() {
   // From the outside in: first nothing comes in any more, then what runs ends, then the rest goes.
   stopping_ = true;
+  global_worker_->cancel();  // a caller that waits for it keeps its service busy
   for (ros::ServiceServer& service : services_) service.shutdown();
   live_parameters_->shutdown();
   initial_pose_subscriber_.shutdown();
@@ -152,6 +153,7 @@ void LocalizationRos::runRegistration() {
 void LocalizationRos::process(const ReadyScan& ready) {
   SeenScan seen;
   seen.header = ready.cloud->header;
+  seen.taken = ros::WallTime::now();
   try {
     seen.scan = withTransforms(*ready.cloud, ready.odometry, tf_buffer_, options_.frames,
                                options_.localizer.motion.prior);
@@ -174,7 +176,10 @@ void LocalizationRos::process(const ReadyScan& ready) {
 void LocalizationRos::publishUpdate(const LocalizationUpdate& update, const SeenScan& seen) {
   const ros::Time stamp = seen.header.stamp;
   const bool in_use = update.state == LocalizerState::kTracking || update.state == LocalizerState::kDegraded;
-  if (update.pose_valid) output_.publish(update, seen.scan.points, stamp);
+  if (update.pose_valid) {
+    output_.publish(update, seen.scan.points, stamp);
+    pose_since_global_ = output_.poseMessage(update, stamp);
+  }
   if (!in_use) {
     tf_output_.stop();
   } else if (update.pose_valid && options_.frames.tf_broadcast) {
@@ -210,6 +215,7 @@ void LocalizationRos::publishStatus(Status status, const std_msgs::Header& heade
   }
   output_.publish(status);
   status_ = std::move(status);
+  status_changed_.notify_all();
 }
 
 void LocalizationRos::refuse(const std_msgs::Header& header, std::uint8_t reason,

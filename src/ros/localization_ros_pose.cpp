@@ -7,10 +7,6 @@
 
 namespace ttsdf {
 
-namespace {
-constexpr double kProgressPeriod = 0.2;  // [s] between two statuses of a global localization
-}
-
 void LocalizationRos::onInitialPose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& message) {
   try {
     PoseRequest request = readPose(*message, tf_buffer_, options_.frames, "initialpose");
@@ -26,6 +22,7 @@ void LocalizationRos::onInitialPose(const geometry_msgs::PoseWithCovarianceStamp
 void LocalizationRos::usePose(PoseRequest request) {
   const std::lock_guard<std::mutex> lock(mutex_);
   global_worker_->cancel();
+  ++orders_;
   localizer_.setGuess(request.guess);
   tf_output_.stop();
   Status status;
@@ -40,41 +37,6 @@ void LocalizationRos::addOdometryToPose() {
   if (!pose_request_) return;
   localizer_.setGuess(withOdometry(*pose_request_, tf_buffer_, options_.frames));
   pose_request_.reset();
-}
-
-void LocalizationRos::startGlobal(const SeenScan& seen) {
-  if (stopping_ || global_worker_->running()) return;
-  tf_output_.stop();
-  const auto down = gravity_.down(seen.header.frame_id, seen.header.stamp);
-  global_outcome_.reset();
-  GlobalJob job = localizer_.beginGlobal(seen.scan, down);
-  if (!global_worker_->start(job)) {
-    global_outcome_ = localizer_.finishGlobal(job);
-    return;
-  }
-  Status status;
-  status.state = statusState(localizer_.state());
-  status.message = std::string("global localization ") + (down ? "with" : "without") + " gravity";
-  publishStatus(std::move(status), std_msgs::Header());
-}
-
-void LocalizationRos::onGlobalProgress(double share) {
-  const ros::WallTime now = ros::WallTime::now();
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if ((now - last_progress_).toSec() < kProgressPeriod || !localizer_.globalRunning()) return;
-  last_progress_ = now;
-  Status status;
-  status.state = statusState(localizer_.state());
-  status.message = "global localization: " + std::to_string(static_cast<int>(100.0 * share)) + " %";
-  publishStatus(std::move(status), std_msgs::Header());
-}
-
-void LocalizationRos::onGlobalDone(const GlobalJob& job) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  global_outcome_ = localizer_.finishGlobal(job);
-  std_msgs::Header header;
-  header.stamp.fromSec(job.scan().stamp);
-  publishStatus(toStatus(*global_outcome_), header);
 }
 
 }  // namespace ttsdf

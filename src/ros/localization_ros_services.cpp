@@ -1,28 +1,14 @@
 // Services. Every reply says whether it worked and why; no exception leaves.
 
-#include <exception>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "ttsdf_localization/ros/conversions.h"
 #include "ttsdf_localization/ros/localization_ros.h"
+#include "ttsdf_localization/ros/service_answer.h"
 
 namespace ttsdf {
-
-namespace {
-/// Runs `work`; what it throws becomes the reply.
-template <class Response, class Work>
-bool answer(Response& response, const Work& work) {
-  try {
-    work();
-  } catch (const std::exception& error) {
-    response.success = false;
-    response.message = error.what();
-  }
-  return true;
-}
-}  // namespace
 
 void LocalizationRos::advertise() {
   services_ = {
@@ -88,6 +74,7 @@ bool LocalizationRos::relocalize(ttsdf_localization::Relocalize::Request& reques
     const std::optional<PoseGuess> last = localizer_.lastPose();
     if (!wanted && !last) throw std::runtime_error("there is no last pose");
     global_worker_->cancel();
+    ++orders_;
     pose_request_.reset();
     const PoseGuess guess = wanted ? withOdometry(*wanted, tf_buffer_, options_.frames) : *last;
     const LocalizationUpdate update = localizer_.relocalize(newest_scan_->scan, guess);
@@ -96,40 +83,6 @@ bool LocalizationRos::relocalize(ttsdf_localization::Relocalize::Request& reques
     response.message = update.message;
     response.score = update.registration.score;
     if (update.relocalized) response.pose = output_.poseMessage(update, newest_scan_->header.stamp);
-  });
-}
-
-bool LocalizationRos::globalLocalization(ttsdf_localization::GlobalLocalization::Request& request,
-                                         ttsdf_localization::GlobalLocalization::Response& response) {
-  return answer(response, [&] {
-    if (request.cancel) {
-      response.success = global_worker_->cancel();
-      global_worker_->wait();  // "cancelled" means that the next one can start
-      response.message = response.success ? "cancelled" : "no global localization is running";
-      return;
-    }
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (paused_) throw std::runtime_error("paused");
-      if (!localizer_.hasMap()) throw std::runtime_error("no map");
-      if (!newest_scan_) throw std::runtime_error("no scan yet to localize with");
-      if (global_worker_->running()) throw std::runtime_error("a global localization is running already");
-      pose_request_.reset();
-      startGlobal(*newest_scan_);
-    }
-    response.success = true;
-    response.message = "started";
-    if (!request.wait) return;
-    global_worker_->wait();
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!global_outcome_) throw std::runtime_error("ended without a result");
-    response.success = global_outcome_->reason == RefusalReason::kNone;
-    response.message = global_outcome_->message;
-    response.score = global_outcome_->registration.score;
-    response.runner_up_score = global_outcome_->registration.runner_up_score;
-    if (response.success) {
-      response.pose = output_.poseMessage(*global_outcome_, ros::Time(global_outcome_->stamp));
-    }
   });
 }
 
@@ -153,6 +106,7 @@ bool LocalizationRos::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Resp
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       ++epoch_;
+      ++orders_;
       newest_scan_.reset();
       pose_request_.reset();
       localizer_.reset();

@@ -36,6 +36,7 @@ void LocalizationRos::timeJumpedBack(const std::string& why) {
   global_worker_->cancel();
   const std::lock_guard<std::mutex> lock(mutex_);
   ++epoch_;
+  ++orders_;
   newest_scan_.reset();
   if (pose_request_) pose_request_->stamp = ros::Time();
   output_.clearPath();

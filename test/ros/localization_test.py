@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """A robot is localized: pose, covariance, TF, odometry, status, services, and what is published on demand."""
 
+import time
 
 import numpy as np
 import rospy
@@ -138,6 +139,30 @@ class Localization(RobotTestCase):
         self.assertLess(translation, 0.03)
         self.assertLess(rotation, 0.02)
         self.assertLess(reply.score, reply.runner_up_score)
+        # Answered with a pose that is in use: the same that was published.
+        published = PoseWithCovarianceStamped(header=reply.pose.header, pose=reply.pose.pose)
+        r = self.recorder
+        self.assertTrue(r.wait_for(lambda: any(p.header.stamp == published.header.stamp for p in r.poses), 5.0))
+        same = next(p for p in r.poses if p.header.stamp == published.header.stamp)
+        self.assertEqual(same.pose, published.pose)
+        self.assertGreater(np.linalg.eigvalsh(np.reshape(published.pose.covariance, (6, 6)))[0], 0.0)
+        self.assertTrue(r.wait_for(lambda: any(s.header.stamp == published.header.stamp and
+                                               s.state == Status.TRACKING for s in r.statuses), 5.0), r.history())
+
+    def test_global_localization_answers_when_the_clouds_stop(self):
+        find = self.service('global_localization', GlobalLocalization)
+        self.robot.send_clouds = False
+        begin = time.monotonic()
+        reply = find(False, True)  # on the last cloud; nothing comes that could confirm it
+        self.assertFalse(reply.success, reply.message)
+        self.assertIn('no cloud on', reply.message)
+        self.assertLess(time.monotonic() - begin, 20.0)
+        begin = time.monotonic()
+        reply = find(False, True)
+        self.assertFalse(reply.success, reply.message)
+        self.assertRegex(reply.message, "no cloud on '/cloud' since [0-9.]+ s")
+        self.assertLess(time.monotonic() - begin, 1.0)
+        self.robot.send_clouds = True
         self.assertTrue(self.recorder.wait_for_state(Status.TRACKING), self.recorder.history())
 
     def test_global_localization_can_be_cancelled(self):

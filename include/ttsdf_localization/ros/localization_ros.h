@@ -15,6 +15,8 @@
 #include <tf2_ros/transform_listener.h>
 
 #include <atomic>
+#include <condition_variable>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -65,6 +67,7 @@ class LocalizationRos {
   struct SeenScan {
     LocalizerScan scan;
     std_msgs::Header header;
+    ros::WallTime taken;  ///< when it came out of the queue
   };
 
   // localization_ros.cpp: start, scans, results.
@@ -88,13 +91,21 @@ class LocalizationRos {
   void saveLastPose();
   void applyStartPose();
 
-  // localization_ros_pose.cpp: poses from outside and global localization.
+  // localization_ros_pose.cpp: poses from outside.
   void onInitialPose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& message);
   void usePose(PoseRequest request);
   void addOdometryToPose();
+
+  // localization_ros_global.cpp: global localization, and its service.
   void startGlobal(const SeenScan& seen);
   void onGlobalProgress(double share);
   void onGlobalDone(const GlobalJob& job);
+  bool globalLocalization(ttsdf_localization::GlobalLocalization::Request& request,
+                          ttsdf_localization::GlobalLocalization::Response& response);
+  std::uint64_t orderGlobal(bool wait);
+  void awaitPose(std::uint64_t order, ttsdf_localization::GlobalLocalization::Response& response);
+  void checkConfirming(std::uint64_t order, const ros::WallTime& deadline) const;
+  std::string whyNoScan() const;
 
   // localization_ros_services.cpp
   void advertise();
@@ -104,8 +115,6 @@ class LocalizationRos {
   bool setMap(ttsdf_localization::SetMap::Request& request, ttsdf_localization::SetMap::Response& response);
   bool relocalize(ttsdf_localization::Relocalize::Request& request,
                   ttsdf_localization::Relocalize::Response& response);
-  bool globalLocalization(ttsdf_localization::GlobalLocalization::Request& request,
-                          ttsdf_localization::GlobalLocalization::Response& response);
   bool pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
@@ -131,6 +140,10 @@ class LocalizationRos {
   std::string map_id_, map_summary_;
   std::vector<std::uint8_t> map_bytes_;
   std::optional<LocalizationUpdate> global_outcome_;  ///< of the last global localization
+  std::optional<geometry_msgs::PoseWithCovarianceStamped>
+      pose_since_global_;     ///< newest published since it began
+  std::uint64_t orders_ = 0;  ///< poses asked for so far: who waits for one notices that another is wanted
+  std::condition_variable status_changed_;
   std::uint32_t refused_ = 0;
   Status status_;  ///< last one published
 

@@ -1,0 +1,136 @@
+// Global localization: in a thread of its own, on request or when the localizer wants it. Who waits for it
+// gets the first pose published afterwards, not the place found: that has to hold on the next scans first.
+
+#include <chrono>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "ttsdf_localization/ros/localization_ros.h"
+#include "ttsdf_localization/ros/service_answer.h"
+
+namespace ttsdf {
+
+namespace {
+constexpr double kProgressPeriod = 0.2;      // [s] between two statuses of a global localization
+constexpr double kScanPatience = 3.0;        // [s] without a scan after which nobody waits for the next one
+constexpr double kConfirmationLimit = 20.0;  // [s] for the confirmation of a place found
+constexpr std::chrono::milliseconds kLook{100};  // between two looks at the clock
+}  // namespace
+
+void LocalizationRos::startGlobal(const SeenScan& seen) {
+  if (stopping_ || global_worker_->running()) return;
+  tf_output_.stop();
+  const auto down = gravity_.down(seen.header.frame_id, seen.header.stamp);
+  global_outcome_.reset();
+  pose_since_global_.reset();
+  ++orders_;
+  GlobalJob job = localizer_.beginGlobal(seen.scan, down);
+  if (!global_worker_->start(job)) {
+    global_outcome_ = localizer_.finishGlobal(job);
+    return;
+  }
+  Status status;
+  status.state = statusState(localizer_.state());
+  status.message = std::string("global localization ") + (down ? "with" : "without") + " gravity";
+  publishStatus(std::move(status), std_msgs::Header());
+}
+
+void LocalizationRos::onGlobalProgress(double share) {
+  const ros::WallTime now = ros::WallTime::now();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if ((now - last_progress_).toSec() < kProgressPeriod || !localizer_.globalRunning()) return;
+  last_progress_ = now;
+  Status status;
+  status.state = statusState(localizer_.state());
+  status.message = "global localization: " + std::to_string(static_cast<int>(100.0 * share)) + " %";
+  publishStatus(std::move(status), std_msgs::Header());
+}
+
+void LocalizationRos::onGlobalDone(const GlobalJob& job) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  global_outcome_ = localizer_.finishGlobal(job);
+  std_msgs::Header header;
+  header.stamp.fromSec(job.scan().stamp);
+  publishStatus(toStatus(*global_outcome_), header);
+}
+
+bool LocalizationRos::globalLocalization(ttsdf_localization::GlobalLocalization::Request& request,
+                                         ttsdf_localization::GlobalLocalization::Response& response) {
+  return answer(response, [&] {
+    if (request.cancel) {
+      response.success = global_worker_->cancel();
+      global_worker_->wait();  // "cancelled" means that the next one can start
+      response.message = response.success ? "cancelled" : "no global localization is running";
+      return;
+    }
+    const std::uint64_t order = orderGlobal(request.wait);
+    response.message = "started";
+    if (request.wait) awaitPose(order, response);
+    response.success = true;
+  });
+}
+
+std::uint64_t LocalizationRos::orderGlobal(bool wait) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (paused_) throw std::runtime_error("paused");
+  if (!localizer_.hasMap()) throw std::runtime_error("no map");
+  if (!newest_scan_) throw std::runtime_error("no scan yet to localize with");
+  if (global_worker_->running()) throw std::runtime_error("a global localization is running already");
+  const std::string stuck = whyNoScan();
+  if (wait && !stuck.empty())
+    throw std::runtime_error(stuck +
+                             ", wanted clouds that confirm the place (wait: false starts with the last one)");
+  pose_request_.reset();
+  startGlobal(*newest_scan_);
+  return orders_;
+}
+
+void LocalizationRos::awaitPose(std::uint64_t order,
+                                ttsdf_localization::GlobalLocalization::Response& response) {
+  global_worker_->wait();
+  const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(kConfirmationLimit);
+  std::unique_lock<std::mutex> lock(mutex_);
+  if (!global_outcome_) throw std::runtime_error("ended without a result");
+  response.score = global_outcome_->registration.score;
+  response.runner_up_score = global_outcome_->registration.runner_up_score;
+  if (global_outcome_->reason != RefusalReason::kNone) throw std::runtime_error(global_outcome_->message);
+  while (!pose_since_global_) {
+    checkConfirming(order, deadline);
+    status_changed_.wait_for(lock, kLook);
+  }
+  response.pose = *pose_since_global_;
+  response.message = "global localization found the place, and the next scans confirm it";
+}
+
+void LocalizationRos::checkConfirming(std::uint64_t order, const ros::WallTime& deadline) const {
+  const std::string found = "global localization found a place that is not confirmed: ";
+  if (stopping_) throw std::runtime_error(found + "the node stops");
+  if (order != orders_) throw std::runtime_error(found + "overtaken by another pose, a search or a reset");
+  if (paused_) throw std::runtime_error(found + "paused");
+  if (localizer_.state() != LocalizerState::kRelocalizing) throw std::runtime_error(found + status_.message);
+  const std::string stuck = whyNoScan();
+  if (!stuck.empty()) throw std::runtime_error(found + stuck);
+  if (ros::WallTime::now() > deadline) {
+    throw std::runtime_error(found + "not within " + std::to_string(static_cast<int>(kConfirmationLimit)) +
+                             " s; the last scan: " + status_.message);
+  }
+}
+
+std::string LocalizationRos::whyNoScan() const {
+  const ros::WallTime now = ros::WallTime::now();
+  if (newest_scan_ && (now - newest_scan_->taken).toSec() <= kScanPatience) return {};
+  const CloudCounts counts = clouds_->counts();
+  const auto since = [&](const ros::WallTime& then) {
+    char text[32];
+    std::snprintf(text, sizeof(text), " since %.1f s", (now - then).toSec());
+    return std::string(text);
+  };
+  if ((now - counts.last_arrival).toSec() > kScanPatience)
+    return "no cloud on '" + clouds_->topic() + "'" + since(counts.last_arrival);
+  return newest_scan_ ? "no cloud could be used" + since(newest_scan_->taken) + clouds_->whyWaiting()
+                      : "no cloud could be used yet" + clouds_->whyWaiting();
+}
+
+}  // namespace ttsdf
