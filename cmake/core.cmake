@@ -45,6 +45,7 @@ ttsdf_library(ttsdf_core
     src/field/long_range_field.cpp
     src/registration/scan_buffer.cpp
     src/registration/linearizer.cpp
+    src/registration/residual_kernels.cpp
     src/registration/minimizer.cpp
     src/registration/uncertainty.cpp
     src/registration/result.cpp
@@ -65,6 +66,9 @@ ttsdf_library(ttsdf_core
     src/localization/localizer_tracking.cpp
   PUBLIC Eigen3::Eigen
   PRIVATE ZLIB::ZLIB Threads::Threads ${LZMA_LIBRARY})
+# Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
+set_source_files_properties(src/registration/residual_kernels.cpp src/field/grid_field.cpp PROPERTIES
+  COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 
 ttsdf_unit_test(localization/pose_covariance_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/motion_model_test.cpp LIBS ttsdf_core)

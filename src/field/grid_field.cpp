@@ -51,7 +51,9 @@ TTSDF_VECTORIZE void locateChunk(const LocateArguments& in, CellChunk& cells) {
 /// Trilinear value and gradient (per chain index) from corner samples; `gradient` in units of the index.
 TTSDF_VECTORIZE void interpolateChunk(const CellChunk& cells, const CornerChunk& corners, float* value,
                                       float* ga, float* gb, float* gc) {
-  for (int n = 0; n < cells.size; ++n) {
+  const int size = cells.size;
+#pragma GCC ivdep
+  for (int n = 0; n < size; ++n) {
     const float* const c = corners.value[n];
     const float u = cells.fraction[0][n], v = cells.fraction[1][n], w = cells.fraction[2][n];
     const float x00 = c[0] + u * (c[1] - c[0]), x10 = c[2] + u * (c[3] - c[2]);
@@ -74,34 +76,46 @@ struct MaskArguments {
 
 /// Index of the mask's cell around every point (nearest sample).
 TTSDF_VECTORIZE void maskCells(const CellChunk& cells, const MaskArguments& in, std::int32_t* linear) {
-  for (int n = 0; n < cells.size; ++n) linear[n] = 0;
+  const int size = cells.size;
+  for (int n = 0; n < size; ++n) linear[n] = 0;
   for (int mode = 0; mode < 3; ++mode) {
-    for (int n = 0; n < cells.size; ++n) {
+    const std::int32_t last = in.last[mode], stride = in.stride[mode];
+    const float cells_per_voxel = in.cells_per_voxel;
+#pragma GCC ivdep
+    for (int n = 0; n < size; ++n) {
       const std::int32_t voxel =
-          std::min(cells.cell[mode][n] + (cells.fraction[mode][n] >= 0.5f ? 1 : 0), in.last[mode]);
-      const float cell =
-          (static_cast<float>(voxel) + 0.5f) * in.cells_per_voxel;  // never near a whole number
-      linear[n] += in.stride[mode] * static_cast<std::int32_t>(cell);
+          std::min(cells.cell[mode][n] + (cells.fraction[mode][n] >= 0.5f ? 1 : 0), last);
+      const float cell = (static_cast<float>(voxel) + 0.5f) * cells_per_voxel;  // never near a whole number
+      linear[n] += stride * static_cast<std::int32_t>(cell);
     }
   }
 }
 
 /// Gradient to the map frame: df/dp = M^T df/dindex. Outside points get zeros.
-TTSDF_VECTORIZE void finishChunk(const CellChunk& cells, const float (*m)[4], const float* value,
+TTSDF_VECTORIZE void finishChunk(const CellChunk& cells, const float (*matrix)[4], const float* value,
                                  const float* ga, const float* gb, const float* gc, const SampleSpan& out,
                                  int begin) {
-  alignas(64) std::int32_t keep[kChunk];
-  for (int n = 0; n < cells.size; ++n) keep[n] = cells.state[n] == PointState::kOutside ? 0 : 1;
-  for (int n = 0; n < cells.size; ++n) {
-    const float gx = m[0][0] * ga[n] + m[1][0] * gb[n] + m[2][0] * gc[n];
-    const float gy = m[0][1] * ga[n] + m[1][1] * gb[n] + m[2][1] * gc[n];
-    const float gz = m[0][2] * ga[n] + m[1][2] * gb[n] + m[2][2] * gc[n];
-    out.value[begin + n] = keep[n] ? value[n] : 0.0f;
-    out.gradient_x[begin + n] = keep[n] ? gx : 0.0f;
-    out.gradient_y[begin + n] = keep[n] ? gy : 0.0f;
-    out.gradient_z[begin + n] = keep[n] ? gz : 0.0f;
+  float m[3][3];
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) m[row][column] = matrix[row][column];
   }
-  for (int n = 0; n < cells.size; ++n) out.state[begin + n] = cells.state[n];
+  const int size = cells.size;
+  float* const out_value = out.value + begin;
+  float* const gx = out.gradient_x + begin;
+  float* const gy = out.gradient_y + begin;
+  float* const gz = out.gradient_z + begin;
+  PointState* const state = out.state + begin;
+#pragma GCC ivdep
+  for (int n = 0; n < size; ++n) {
+    const bool keep = cells.state[n] != PointState::kOutside;  // a product would keep NaN
+    const float a = keep ? ga[n] : 0.0f, b = keep ? gb[n] : 0.0f, c = keep ? gc[n] : 0.0f;
+    out_value[n] = keep ? value[n] : 0.0f;
+    gx[n] = m[0][0] * a + m[1][0] * b + m[2][0] * c;
+    gy[n] = m[0][1] * a + m[1][1] * b + m[2][1] * c;
+    gz[n] = m[0][2] * a + m[1][2] * b + m[2][2] * c;
+  }
+#pragma GCC ivdep
+  for (int n = 0; n < size; ++n) state[n] = cells.state[n];
 }
 
 }  // namespace
