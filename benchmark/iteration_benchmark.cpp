@@ -99,39 +99,30 @@ void forgetCaches() {
   benchmark::DoNotOptimize(other.data());
 }
 
-enum class Start { kWarm, kWarmedUp, kLoaded };
+enum class Start { kWarm, kFirst, kFirstCold };
 
-/// A whole registration from 0.1 m: again and again (kWarm); the first scan in a place that the map was
-/// warmed up for when it was loaded, as the nodelet does (kWarmedUp); the first scan after loading without
-/// that (kLoaded). The processor's caches are cold in the last two.
+/// A whole registration from 0.1 m: again and again (kWarm); the first one after a map was made ready (kFirst);
+/// that with nothing left in the processor's caches, as after a long pause (kFirstCold).
 void scan(benchmark::State& state, Start start) {
   const auto& points = ttsdf::benchmarkScan().points;
   const auto prior = movedPrior(0.1);
-  const auto make = [&] {
-    auto field =
-        std::make_shared<ttsdf::TtDistanceField>(ttsdf::benchmarkTrain(kRank), ttsdf::benchmarkGeometry());
-    if (start != Start::kLoaded) field->warmUp();
-    return field;
+  const auto load = [&] {
+    return ttsdf::Registration(
+        std::make_shared<ttsdf::TtDistanceField>(ttsdf::benchmarkTrain(kRank), ttsdf::benchmarkGeometry()));
   };
-  const auto far = ttsdf::Registration(make()).longRangeField();
-  auto registration = ttsdf::Registration(make(), {}, far);
+  auto registration = load();
   for (int n = 0; n < 3; ++n) registration.align(points, prior);
   for (auto _ : state) {
     state.PauseTiming();
-    if (start != Start::kWarm) {
-      registration = ttsdf::Registration(make(), {}, far);
-      forgetCaches();
-    }
+    if (start != Start::kWarm) registration = load();
+    if (start == Start::kFirstCold) forgetCaches();
     state.ResumeTiming();
     benchmark::DoNotOptimize(registration.align(points, prior));
   }
 }
 BENCHMARK_CAPTURE(scan, warm, Start::kWarm)->Unit(benchmark::kMillisecond)->Iterations(1)->Repetitions(21);
-BENCHMARK_CAPTURE(scan, warmed_up, Start::kWarmedUp)
-    ->Unit(benchmark::kMillisecond)
-    ->Iterations(1)
-    ->Repetitions(21);
-BENCHMARK_CAPTURE(scan, loaded, Start::kLoaded)
+BENCHMARK_CAPTURE(scan, first, Start::kFirst)->Unit(benchmark::kMillisecond)->Iterations(1)->Repetitions(21);
+BENCHMARK_CAPTURE(scan, first_cold, Start::kFirstCold)
     ->Unit(benchmark::kMillisecond)
     ->Iterations(1)
     ->Repetitions(21);

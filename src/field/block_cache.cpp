@@ -50,6 +50,12 @@ float* BlockCache::insert(Id id) {
   return block(slot);
 }
 
+void BlockCache::clear() {
+  std::fill(owners_.begin(), owners_.end(), kNobody);
+  std::fill(directory_.begin(), directory_.end(), Entry{kNobody, 0});
+  used_ = next_ = 0;
+}
+
 void BlockCache::forget(Id id, std::uint32_t slot) {
   Entry* const bucket = &directory_[bucketOf(id)];
   for (std::size_t n = 0; n < kWays; ++n) {

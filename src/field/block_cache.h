@@ -34,6 +34,7 @@ class BlockCache {
   /// Room for a block that find does not know; the caller fills it. Drops the oldest block when full, and now
   /// and then another one (the directory is lossy: it never grows with the number of ids).
   float* insert(Id id);
+  void clear();
 
   std::size_t capacity() const { return owners_.size(); }
   std::size_t size() const { return used_; }

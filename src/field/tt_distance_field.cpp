@@ -18,6 +18,7 @@ namespace ttsdf {
 namespace {
 
 constexpr int kLayer = kBrickSide * kBrickSide;
+constexpr float kWarmVoxels = 8.0f;  // what scans pass through from a usual prior
 
 /// Brick of every cell of a chunk, and the place of the cell's first corner in it.
 struct BrickChunk {
@@ -80,24 +81,18 @@ class TtDistanceField::Impl final : public GridField {
     return decoder_.cacheBytes() + bricks_.memoryBytes();
   }
 
-  void warmUp() {
+  void warmUp() const override {
     const std::unique_lock<std::shared_mutex> lock(mutex_);
-    const auto& n = decoder_.bricks();
-    const float near = static_cast<float>(0.5 * geometry().voxel_size);  // some corner of every cell at zero
-    float samples[kBrickSamples];
-    // The last mode runs fastest: it needs the same columns.
-    for (int b = 0; b < n[1]; ++b) {
-      for (int a = 0; a < n[0]; ++a) {
-        for (int c = 0; c < n[2]; ++c) {
-          if (bricks_.size() == bricks_.capacity()) return;
-          decoder_.decode(a, b, c, samples);
-          const auto is_near = [near](float value) { return std::abs(value) <= near; };
-          if (std::none_of(samples, samples + kBrickSamples, is_near) || bricks_.find(idOf(a, b, c)))
-            continue;
-          std::copy(samples, samples + kBrickSamples, bricks_.insert(idOf(a, b, c)));
-        }
-      }
-    }
+    const float h = static_cast<float>(geometry().voxel_size);
+    bricks_.clear();  // whoever passed through the whole map has left the cache full of far places
+    // Some corner of every cell that holds the surface is nearer than half a voxel. Then what scans pass
+    // through on their way to it, the nearest first.
+    std::vector<float> distances(brickCount());
+    warmUp(distances, -1.0f, 0.5f * h);
+    std::vector<float> sorted = distances;
+    const std::size_t last = std::min(bricks_.capacity(), sorted.size()) - 1;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(last), sorted.end());
+    warmUp(distances, 0.5f * h, std::min(sorted[last], kWarmVoxels * h));
   }
 
  protected:
@@ -145,6 +140,29 @@ class TtDistanceField::Impl final : public GridField {
   BlockCache::Id idOf(int a, int b, int c) const {
     const auto& n = decoder_.bricks();
     return static_cast<BlockCache::Id>(a + n[0] * (b + n[1] * c));
+  }
+
+  /// Makes the bricks whose distance to the surface is above `from` and at most `to`, as far as there is
+  /// room. With a negative `from` all are decoded and their distances noted.
+  void warmUp(std::vector<float>& distances, float from, float to) const {
+    const auto& n = decoder_.bricks();
+    float samples[kBrickSamples];
+    // The last mode runs fastest: it needs the same columns.
+    for (int b = 0; b < n[1]; ++b) {
+      for (int a = 0; a < n[0]; ++a) {
+        for (int c = 0; c < n[2]; ++c) {
+          const auto id = idOf(a, b, c);
+          if (from >= 0.0f && (distances[id] <= from || distances[id] > to)) continue;
+          decoder_.decode(a, b, c, samples);
+          if (from < 0.0f) {
+            distances[id] = std::abs(samples[0]);
+            for (const float sample : samples) distances[id] = std::min(distances[id], std::abs(sample));
+          }
+          if (distances[id] > to || bricks_.size() == bricks_.capacity()) continue;
+          std::copy(samples, samples + kBrickSamples, bricks_.insert(id));
+        }
+      }
+    }
   }
 
   static void copyCorners(const float* s, float* value) {
@@ -225,6 +243,6 @@ std::size_t TtDistanceField::memoryBytes() const { return impl_->memoryBytes(); 
 const TensorTrain& TtDistanceField::train() const { return impl_->train(); }
 const SupportMask& TtDistanceField::mask() const { return impl_->mask(); }
 std::size_t TtDistanceField::cacheBytes() const { return impl_->cacheBytes(); }
-void TtDistanceField::warmUp() { impl_->warmUp(); }
+void TtDistanceField::warmUp() const { impl_->warmUp(); }
 
 }  // namespace ttsdf

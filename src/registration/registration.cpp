@@ -121,8 +121,9 @@ class Registration::Impl {
           " m, wanted at most kernel_scale_start (" + std::to_string(options_.kernel_scale_start) + " m)");
     }
     facing_ = options_.check_facing && options_.method == "robust" && hasInside(*field_);
-    const bool wanted = options_.long_range && options_.method == "robust";
+    const bool wanted = options_.long_range && options_.method == "robust", alone = !long_range_;
     if (wanted && !long_range_) long_range_ = makeLongRangeField(*field_);
+    if (alone) field_->warmUp();  // after the far field, which passes through the whole map
     pulls_in_ = wanted && long_range_;
   }
 

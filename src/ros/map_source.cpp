@@ -19,7 +19,6 @@ LoadedMap prepareMap(const std::vector<std::uint8_t>& bytes, const MapSourceOpti
   TtFieldOptions field_options;
   field_options.cache_megabytes = options.cache_megabytes;
   std::shared_ptr<TtDistanceField> field = makeField(map, field_options);
-  field->warmUp();  // or the first scan would pay for it
   LoadedMap loaded;
   loaded.map_id = info.map_id;
   loaded.frame_id = map.frame_id;

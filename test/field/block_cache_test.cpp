@@ -70,6 +70,17 @@ TEST(BlockCache, NeverMixesBlocksUp) {
   }
 }
 
+TEST(BlockCache, ForgetsEverythingWhenCleared) {
+  BlockCache cache(4, 3);
+  for (const Id id : {10u, 11u, 12u, 13u}) put(cache, id, 4);
+  cache.clear();
+  EXPECT_EQ(cache.size(), 0u);
+  for (const Id id : {11u, 12u, 13u}) EXPECT_EQ(cache.find(id), nullptr) << id;
+  put(cache, 12, 4);
+  ASSERT_NE(cache.find(12), nullptr);
+  EXPECT_EQ(cache.find(12)[0], 12.0f);
+}
+
 TEST(BlockCache, CountsItsBytes) {
   const std::size_t blocks = BlockCache::blocksWithin(1000000, 64);
   BlockCache cache(64, blocks);

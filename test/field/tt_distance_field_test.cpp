@@ -129,6 +129,25 @@ TEST(TtDistanceField, WarmUpMakesTheSurfaceReadyAndChangesNoAnswer) {
   EXPECT_GT(cold.cacheBytes(), 0u);
 }
 
+TEST(TtDistanceField, WarmUpReplacesWhatAPassThroughTheWholeMapLeft) {
+  const Dims dims(40, 33, 36);
+  GridGeometry geometry = turnedGeometry(dims);
+  geometry.voxel_size = 1.0 / dims.maxCoeff();
+  const TensorTrain train = lowRank(dims, 25);
+  const TtFieldOptions few = withCache(0.4);  // less than the map has
+  TtDistanceField passed(train, geometry, {}, few);
+  const TtDistanceField untouched(train, geometry, {}, few);
+  Eigen::Matrix3Xf lattice(3, dims.prod());
+  for (int n = 0; n < lattice.cols(); ++n) {
+    const Eigen::Vector3d index(n % dims[0], n / dims[0] % dims[1], n / dims[0] / dims[1]);
+    lattice.col(n) = geometry.samplePosition(index).cast<float>();
+  }
+  passed.evaluate(lattice);
+  passed.warmUp(), untouched.warmUp();
+  EXPECT_EQ(passed.cacheBytes(), untouched.cacheBytes());
+  expectSame(passed.evaluate(lattice), untouched.evaluate(lattice));
+}
+
 TEST(TtDistanceField, WarmUpKeepsTheBound) {
   const Dims dims(40, 33, 36);
   TtDistanceField field(lowRank(dims, 12), turnedGeometry(dims, 10.0), {},

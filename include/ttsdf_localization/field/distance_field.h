@@ -56,6 +56,8 @@ class DistanceField {
   virtual void evaluate(const PointSpan& points, const SampleSpan& samples) const = 0;
   /// Bytes this field holds in memory, caches included.
   virtual std::size_t memoryBytes() const = 0;
+  /// Makes ahead of the first scan what the field keeps around the surface between evaluations, if anything.
+  virtual void warmUp() const {}
 
   FieldSamples evaluate(const Eigen::Matrix3Xf& points_map) const;
 };
