@@ -185,6 +185,8 @@ endif()
 if(TTSDF_BUILD_TESTS AND CATKIN_ENABLE_TESTING)
   add_test(NAME documentation_behaviour_page_test COMMAND ${PYTHON_EXECUTABLE} -B
     "${CMAKE_CURRENT_SOURCE_DIR}/test/documentation/behaviour_page_test.py")
+  add_test(NAME launch_files_test COMMAND ${PYTHON_EXECUTABLE} -B
+    "${CMAKE_CURRENT_SOURCE_DIR}/test/ros/launch_files_test.py")
   add_test(NAME scripts_test COMMAND ${PYTHON_EXECUTABLE} "${CMAKE_CURRENT_SOURCE_DIR}/test/scripts/scripts_test.py")
 endif()
 

@@ -87,6 +87,9 @@ std::string CloudInput::topic() const { return subscriber_.getTopic(); }
 std::string CloudInput::checkHeader(const std_msgs::Header& header) const {
   if (header.frame_id.empty()) return "the cloud has no frame_id";
   if (header.stamp.isZero()) return "the cloud has stamp 0: no transform can be looked up for it";
+  if (ros::Time::now().isZero())
+    return "the clock stands at 0: /use_sim_time is true and nobody publishes /clock (rosparam delete "
+           "/use_sim_time, if it is left from a replay)";
   const double ahead = (header.stamp - ros::Time::now()).toSec();
   if (ahead > kMaxFuture) {
     std::ostringstream text;

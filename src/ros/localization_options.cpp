@@ -17,7 +17,8 @@ const OptionTable<FrameOptions>& frameOptionTable() {
       OptionTable<O>()
           .add("global_frame_id", &O::global_frame_id, {}, "Frame of the map.")
           .add("odom_frame_id", &O::odom_frame_id, {},
-               "Frame of the odometry. Empty: there is none, and global_frame_id -> base_frame_id is "
+               "Frame of the odometry. none (or empty): there is none, and global_frame_id -> base_frame_id "
+               "is "
                "published.")
           .add("base_frame_id", &O::base_frame_id, {}, "Frame whose pose is estimated.")
           .add("tf_broadcast", &O::tf_broadcast,
@@ -166,6 +167,7 @@ void checkAndTidy(LocalizationRosOptions& options) {
                              &options.gravity.gravity_frame_id}) {
     *frame = withoutLeadingSlash(*frame);
   }
+  if (frames.odom_frame_id == "none") frames.odom_frame_id.clear();
   if (frames.global_frame_id.empty())
     throw std::invalid_argument("option 'global_frame_id': got '', wanted a frame");
   if (frames.base_frame_id.empty())

@@ -99,7 +99,7 @@ void LocalizationRos::subscribe() {
       [this](LoadedMap map) { putMapIntoUse(std::move(map)); },
       [this](const std::string& message) {
         ROS_ERROR_STREAM_NAMED(name_, message);
-        refuse(std_msgs::Header(), Status::REASON_NO_MAP, message);
+        announce(std_msgs::Header(), Status::REASON_NO_MAP, message);
       });
   if (gravity_.wantsImu()) {
     imu_subscriber_ = node_.subscribe<sensor_msgs::Imu>(
@@ -221,6 +221,11 @@ void LocalizationRos::publishStatus(Status status, const std_msgs::Header& heade
 void LocalizationRos::refuse(const std_msgs::Header& header, std::uint8_t reason,
                              const std::string& message) {
   ROS_WARN_STREAM_THROTTLE_NAMED(5.0, name_, name_ << ": " << message);
+  announce(header, reason, message);
+}
+
+void LocalizationRos::announce(const std_msgs::Header& header, std::uint8_t reason,
+                               const std::string& message) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (reason == Status::REASON_BAD_CLOUD || reason == Status::REASON_NO_TRANSFORM) ++refused_;
   Status status;
@@ -240,11 +245,28 @@ void LocalizationRos::putMapIntoUse(LoadedMap map) {
   localizer_.setMap(std::move(map.map));
   map_id_ = map.map_id;
   map_summary_ = map.summary;
-  map_bytes_ = std::move(map.bytes);
+  map_message_ = std::move(map.message);
   Status status;
   status.state = statusState(localizer_.state());
-  status.message = "map " + map_id_ + " is in use";
+  status.message = "map " + map_id_ + " is in use" + whatIsAwaited();
   publishStatus(std::move(status), std_msgs::Header());
+}
+
+std::string LocalizationRos::whatIsAwaited() const {
+  if (localizer_.state() != LocalizerState::kWaitingForPose &&
+      localizer_.state() != LocalizerState::kRelocalizing)
+    return {};
+  std::string text;
+  if (localizer_.state() == LocalizerState::kWaitingForPose) {
+    text = options_.localizer.recovery.start_globally
+               ? "; a global localization starts with the first cloud"
+               : "; waiting for a pose: initialpose, ~relocalize or ~global_localization";
+  }
+  if (clouds_ && !newest_scan_) {
+    const std::string why = clouds_->whyWaiting();
+    text += "; waiting for clouds on '" + clouds_->topic() + "' and their transforms" + why;
+  }
+  return text;
 }
 
 void LocalizationRos::applyLive(const LocalizationRosOptions& options) {

@@ -15,7 +15,7 @@ void LocalizationRos::onInitialPose(const geometry_msgs::PoseWithCovarianceStamp
   } catch (const std::exception& error) {
     const std::string text = std::string("initialpose refused: ") + error.what();
     ROS_ERROR_STREAM_NAMED(name_, name_ << ": " << text);
-    refuse(std_msgs::Header(), Status::REASON_NO_START_POSE, text);
+    announce(std_msgs::Header(), Status::REASON_NO_START_POSE, text);
   }
 }
 

@@ -2,7 +2,6 @@
 
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 #include "ttsdf_localization/ros/conversions.h"
 #include "ttsdf_localization/ros/localization_ros.h"
@@ -24,13 +23,12 @@ void LocalizationRos::advertise() {
 bool LocalizationRos::getMap(ttsdf_localization::GetMap::Request& /*request*/,
                              ttsdf_localization::GetMap::Response& response) {
   return answer(response, [&] {
-    std::vector<std::uint8_t> bytes;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      if (map_bytes_.empty()) throw std::runtime_error("no map");
-      bytes = map_bytes_;
+      if (!map_message_) throw std::runtime_error("no map");
+      response.map = *map_message_;
     }
-    response.map = toMapMessage(std::move(bytes), options_.frames.global_frame_id);
+    response.map.header.frame_id = options_.frames.global_frame_id;
     response.map.header.stamp = ros::Time::now();
     response.message = "map " + response.map.map_id;
     response.success = true;

@@ -58,9 +58,10 @@ void LocalizationRos::warnWhenQuiet() {
   if (quiet >= limit) {
     if (warned) return;
     last_quiet_warning_ = now;
-    ROS_WARN_STREAM_NAMED(name_, name_ << ": no cloud on '" << clouds_->topic() << "' for "
-                                       << static_cast<int>(quiet)
-                                       << " s. Is the camera running, and is the topic remapped?");
+    ROS_WARN_STREAM_NAMED(
+        name_, name_ << ": no cloud on '" << clouds_->topic() << "' for " << static_cast<int>(quiet)
+                     << " s. Is the camera running, and is the topic remapped? With depth "
+                        "images instead of clouds: depth_image:=true of localization.launch.");
     return;
   }
   if (counts.received == 0 || stuck < std::min(limit, kTransformPatience)) return;

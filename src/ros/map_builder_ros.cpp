@@ -159,9 +159,9 @@ bool MapBuilderRos::saveMap(ttsdf_localization::SaveMap::Request& request,
       requireAbsolutePath("filename", request.filename);
       const auto held = map_->held();
       if (!held) throw std::runtime_error("no map to save: none was built or loaded yet");
-      writeFileAtomically(request.filename, held->bytes);
-      response.map_id = held->map_id;
-      response.message = "saved map " + held->map_id + " to " + request.filename + ". ";
+      writeFileAtomically(request.filename, held->message.data);
+      response.map_id = held->message.map_id;
+      response.message = "saved map " + held->message.map_id + " to " + request.filename + ". ";
     }
     if (!request.vdb_filename.empty()) {
       requireAbsolutePath("vdb_filename", request.vdb_filename);
@@ -185,7 +185,7 @@ bool MapBuilderRos::loadMap(ttsdf_localization::LoadMap::Request& request,
   try {
     requireAbsolutePath("filename", request.filename);
     use(readFile(request.filename));
-    response.map_id = map_->held()->map_id;
+    response.map_id = map_->held()->message.map_id;
     response.message = "loaded map " + response.map_id + " from " + request.filename;
     response.success = true;
   } catch (const std::exception& error) {
@@ -220,14 +220,14 @@ void MapBuilderRos::publishMapSurface() {
   if (surface_.getNumSubscribers() == 0) return;
   const std::lock_guard<std::mutex> lock(surface_mutex_);
   const auto held = map_->held();
-  if (!held || held->map_id == shown_map_id_) return;
+  if (!held || held->message.map_id == shown_map_id_) return;
   try {
     requireShowable(*held->map);
     surface_.publish(surfaceMarker(extractSurface(*held->map), options_.surface_triangles,
                                    held->map->frame_id, ros::Time::now()));
-    shown_map_id_ = held->map_id;
+    shown_map_id_ = held->message.map_id;
   } catch (const std::exception& error) {
-    ROS_WARN_STREAM("No surface of map " << held->map_id << ": " << error.what());
+    ROS_WARN_STREAM("No surface of map " << held->message.map_id << ": " << error.what());
   }
 }
 
@@ -315,7 +315,7 @@ void MapBuilderRos::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   status.add("clouds refused", fusion.refused);
   status.add("clouds fused", fusion.fused);
   status.addf("volume memory [MB]", "%.1f", 1e-6 * static_cast<double>(fusion.volume_bytes));
-  status.add("map id", held ? held->map_id : "none");
+  status.add("map id", held ? held->message.map_id : "none");
 }
 
 void MapBuilderRos::warnWhenQuiet() {

@@ -3,7 +3,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ttsdf_localization/TtSdfMap.h"
 #include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/ros/conversions.h"
 
@@ -16,16 +15,14 @@ MapPublisher::MapPublisher(ros::NodeHandle nh)
 std::string MapPublisher::set(std::vector<std::uint8_t> bytes) {
   auto held = std::make_shared<Held>();
   held->map = std::make_shared<TtSdfMap>(deserialize(bytes.data(), bytes.size()));
-  held->map_id = fileInfo(bytes.data(), bytes.size()).map_id;
-  held->bytes = std::move(bytes);
-  auto message = toMapMessage(held->bytes, held->map->frame_id);
-  message.header.stamp = ros::Time::now();
+  held->message = toMapMessage(std::move(bytes), held->map->frame_id);
+  held->message.header.stamp = ros::Time::now();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     held_ = held;
   }
-  publisher_.publish(message);
-  return held->map_id;
+  publisher_.publish(held->message);
+  return held->message.map_id;
 }
 
 std::shared_ptr<const MapPublisher::Held> MapPublisher::held() const {
@@ -38,9 +35,9 @@ bool MapPublisher::getMap(ttsdf_localization::GetMap::Request& /*request*/,
   const auto held = this->held();
   response.success = held != nullptr;
   if (held) {
-    response.map = toMapMessage(held->bytes, held->map->frame_id);
+    response.map = held->message;
     response.map.header.stamp = ros::Time::now();
-    response.message = "map " + held->map_id;
+    response.message = "map " + response.map.map_id;
   } else {
     response.message = "no map: none was built or loaded yet";
   }

@@ -1,14 +1,17 @@
 #include "ttsdf_localization/ros/map_source.h"
 
+#include <ros/connection.h>
 #include <ros/service.h>
+#include <ros/service_manager.h>
 
 #include <exception>
+#include <filesystem>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
-#include "ttsdf_localization/GetMap.h"
 #include "ttsdf_localization/map/map_io.h"
+#include "ttsdf_localization/ros/conversions.h"
 
 namespace ttsdf {
 
@@ -22,7 +25,7 @@ LoadedMap prepareMap(const std::vector<std::uint8_t>& bytes, const MapSourceOpti
   LoadedMap loaded;
   loaded.map_id = info.map_id;
   loaded.frame_id = map.frame_id;
-  loaded.bytes = bytes;
+  loaded.message = toMapMessage(bytes, map.frame_id);
   std::ostringstream text;
   text << "map " << info.map_id << ": " << map.geometry.dims.transpose() << " voxels of "
        << map.geometry.voxel_size << " m, ranks " << map.train.rank1() << ' ' << map.train.rank2() << ", "
@@ -39,6 +42,10 @@ LoadedMap prepareMapFile(const std::string& path, const MapSourceOptions& option
     return prepareMap(readFile(path), options, registration);
   } catch (const MapFormatError& error) {
     throw std::runtime_error("map file '" + path + "': " + error.what());
+  } catch (const std::runtime_error& error) {
+    if (path.empty() || path.front() == '/') throw;
+    throw std::runtime_error(error.what() + std::string("; a relative path, looked up in '") +
+                             std::filesystem::current_path().string() + "', wanted an absolute one");
   }
 }
 
@@ -60,6 +67,10 @@ MapSource::MapSource(ros::NodeHandle& node, const MapSourceOptions& options,
 MapSource::~MapSource() {
   stop_ = true;
   subscriber_.shutdown();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (link_) link_->getConnection()->drop(ros::Connection::Destructing);  // ends a call that hangs
+  }
   jobs_.close();
   thread_.join();
 }
@@ -67,9 +78,34 @@ MapSource::~MapSource() {
 void MapSource::put(Job job) { jobs_.put(std::move(job)); }
 
 void MapSource::onMap(const ttsdf_localization::TtSdfMapConstPtr& message) {
-  if (!message->map_id.empty() && message->map_id == last_topic_id_) return;
-  last_topic_id_ = message->map_id;
-  put([this, message] { return prepare(message->data); });
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!message->map_id.empty() && message->map_id == last_topic_id_) return;
+  }
+  put([this, message] {
+    LoadedMap map = prepare(message->data);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    last_topic_id_ = message->map_id;  // only now: a bad one may come again whole
+    return map;
+  });
+}
+
+bool MapSource::callOnce(const std::string& service, ttsdf_localization::GetMap& call) {
+  // Not ros::service::call: nothing could end that while the other side hangs, and a nodelet must unload.
+  ros::ServiceServerLinkPtr link = ros::ServiceManager::instance()->createServiceServerLink(
+      service, true, ros::service_traits::md5sum(call), ros::service_traits::md5sum(call), {});
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!link || stop_) return false;
+    link_ = link;
+  }
+  ros::SerializedMessage reply;
+  const bool answered = link->call(ros::serialization::serializeMessage(call.request), reply);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  link_.reset();
+  link->getConnection()->drop(ros::Connection::Destructing);
+  if (answered) ros::serialization::deserializeMessage(reply, call.response);
+  return answered;
 }
 
 void MapSource::callService() {
@@ -81,7 +117,9 @@ void MapSource::callService() {
       continue;
     }
     ttsdf_localization::GetMap call;
-    if (!ros::service::call(service, call)) {
+    const bool answered = callOnce(service, call);
+    if (stop_) return;
+    if (!answered) {
       failed_("service '" + service + "' could not be called");
     } else if (!call.response.success) {
       failed_("service '" + service + "': " + call.response.message);

@@ -30,7 +30,7 @@ bool parse(int argc, char** argv, Arguments& a) {
       .value("config", "FILE.yaml", a.config,
              "Parameters as for localization_node (config/localization.yaml).")
       .value("set", "KEY=VALUE", a.settings,
-             "One parameter more, as odom_frame_id='' or gates/min_inlier_ratio=0.3.")
+             "One parameter more, as odom_frame_id=none or gates/min_inlier_ratio=0.3.")
       .value("cloud", "TOPIC", a.topics.cloud, "PointCloud2; not needed if the bag has only one such topic.")
       .value("depth", "TOPIC", a.topics.depth,
              "Depth images to make the clouds from, if the bag has no clouds.")

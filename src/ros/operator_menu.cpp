@@ -51,7 +51,7 @@ const OptionTable<OperatorMenuOptions>& operatorMenuOptionTable() {
           .add("map_folder", &O::map_folder, {},
                "Folder whose maps are offered for loading, and where a built map is saved. Empty: neither is "
                "offered.")
-          .add("global_frame_id", &O::global_frame_id, {}, "Frame of the map.")
+          .add("global_frame_id", &O::global_frame_id, {}, "Frame of the map, until a status names it.")
           .add("height", &O::height, 0.0, 100.0, "m", "Height of the ball above the base.")
           .add("text_size", &O::text_size, 0.01, 10.0, "m", "Height of a letter.");
   return table;
@@ -82,7 +82,10 @@ std::string statusText(const ttsdf_localization::LocalizationStatus& status, con
 }
 
 OperatorMenu::OperatorMenu(const ros::NodeHandle& node, const ros::NodeHandle& private_node)
-    : options_(loadOptions(operatorMenuOptionTable(), private_node)), node_(node), server_("operator") {
+    : options_(loadOptions(operatorMenuOptionTable(), private_node)),
+      node_(node),
+      server_("operator"),
+      frame_(options_.global_frame_id) {
   position_.z = options_.height;
   text_ = node_.advertise<visualization_msgs::Marker>("operator/text", 1, true);
   draw();
@@ -171,6 +174,9 @@ void OperatorMenu::run() {
 void OperatorMenu::onStatus(const Status& status) {
   const std::lock_guard<std::mutex> lock(mutex_);
   status_ = status;
+  if (status.header.frame_id.empty() || status.header.frame_id == frame_) return;
+  frame_ = status.header.frame_id;
+  menu_stale_ = true;
 }
 
 void OperatorMenu::onPose(const geometry_msgs::PoseWithCovarianceStamped& pose) {
@@ -179,7 +185,7 @@ void OperatorMenu::onPose(const geometry_msgs::PoseWithCovarianceStamped& pose) 
   position_.z += options_.height;
 }
 
-void OperatorMenu::insertBall() {
+void OperatorMenu::insertBall(const std::string& frame) {
   visualization_msgs::Marker ball;
   ball.type = visualization_msgs::Marker::SPHERE;
   ball.scale.x = ball.scale.y = ball.scale.z = options_.text_size;
@@ -192,7 +198,7 @@ void OperatorMenu::insertBall() {
   control.always_visible = true;
   control.markers = {ball};
   visualization_msgs::InteractiveMarker marker;
-  marker.header.frame_id = options_.global_frame_id;
+  marker.header.frame_id = frame;
   marker.name = kMarker;
   marker.description = "localization";
   marker.scale = static_cast<float>(options_.text_size);
@@ -214,13 +220,13 @@ void OperatorMenu::draw() {
     const std::lock_guard<std::mutex> lock(mutex_);
     stale = std::exchange(menu_stale_, false);
     pose.position = position_;
+    words.header.frame_id = frame_;
     words.text = statusText(status_, reply_);
     words.color = colour(status_.state);
   }
-  if (stale) insertBall();
+  if (stale) insertBall(words.header.frame_id);
   server_.setPose(kMarker, pose);
   server_.applyChanges();
-  words.header.frame_id = options_.global_frame_id;
   words.ns = kMarker;
   words.type = visualization_msgs::Marker::TEXT_VIEW_FACING;
   words.scale.z = options_.text_size;

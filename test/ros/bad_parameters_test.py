@@ -3,6 +3,7 @@
 
 import os
 import subprocess
+import tempfile
 import unittest
 
 import roslib.packages
@@ -24,6 +25,23 @@ class BadParameters(unittest.TestCase):
             self.assertEqual(done.returncode, 1)
             self.assertIn(expected, (done.stdout + done.stderr).decode())
             rospy.delete_param('/refused/' + key)
+
+    def test_a_missing_map_file_is_said_once_and_where_it_was_looked_for(self):
+        node = roslib.packages.find_node('ttsdf_localization', 'localization_node')[0]
+        recorder = Recorder(namespace='lost_file')
+        with tempfile.TemporaryDirectory() as folder:
+            process = subprocess.Popen([node, '__name:=localization', '__ns:=lost_file', '_map_file:=no_such.ttsdf'],
+                                       cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+            try:
+                status = recorder.wait_for(lambda: any('no_such' in s.message for s in recorder.statuses))
+                self.assertTrue(status, recorder.history())
+            finally:
+                process.terminate()
+                output = process.communicate(timeout=30.0)[0].decode()
+            message = next(s.message for s in recorder.statuses if 'no_such' in s.message)
+            self.assertIn("relative path, looked up in '%s'" % os.path.realpath(folder), message)
+        self.assertEqual(output.count('no_such.ttsdf'), 1, output)
+        rospy.delete_param('/lost_file/localization/map_file')
 
     def test_nodelet_says_so_and_the_manager_lives(self):
         bad, good = Recorder(namespace='bad'), Recorder(namespace='good')

@@ -2,8 +2,12 @@
 """The map comes from a topic or from a service that starts much later; nothing blocks meanwhile."""
 
 import os
+import subprocess
+import threading
+import time
 import unittest
 
+import roslib.packages
 import rospy
 import rostest
 
@@ -30,10 +34,15 @@ class MapSources(unittest.TestCase):
         publisher = rospy.Publisher('topic/ttsdf_map', TtSdfMap, queue_size=1, latch=True)
         bad = self.message()
         bad.data = bad.data[:500]
+        bad.map_id = 'the same'  # the whole one that follows is taken nevertheless
         publisher.publish(bad)
         self.assertTrue(r.wait_for(lambda: any(s.reason == Status.REASON_NO_MAP and 'wanted' in s.message
                                                for s in r.statuses)), r.history())
-        publisher.publish(self.message())
+        good = self.message()
+        good.map_id = 'the same'
+        publisher.publish(good)
+        self.assertTrue(r.wait_for(lambda: any('is in use; waiting for a pose: initialpose' in s.message
+                                               for s in r.statuses)), r.history())
         start_tracking(self, r, robot)
         robot.stop()
 
@@ -55,6 +64,23 @@ class MapSources(unittest.TestCase):
         start_tracking(self, r, robot)
         self.assertEqual(len(calls), 2)
         robot.stop()
+
+    def test_a_service_that_hangs_does_not_keep_the_nodelet(self):
+        called, release = threading.Event(), threading.Event()
+
+        def get_map(_):
+            called.set()
+            release.wait(120.0)
+            return GetMapResponse(False, 'late', TtSdfMap())
+        rospy.Service('hangs/get_map', GetMap, get_map)
+        self.assertTrue(called.wait(60.0))
+        begin = time.monotonic()
+        nodelet = roslib.packages.find_node('nodelet', 'nodelet')[0]
+        done = subprocess.run([nodelet, 'unload', '/hangs/localization', '/hangs/localization_manager'], timeout=60.0,
+                              check=False)
+        self.assertEqual(done.returncode, 0)
+        self.assertLess(time.monotonic() - begin, 10.0)
+        release.set()
 
 
 if __name__ == '__main__':

@@ -97,12 +97,15 @@ TEST(Parameters, ContradictionsAreRefused) {
 }
 
 TEST(Parameters, WithoutOdometryThePriorIsTheVelocity) {
-  XmlRpc::XmlRpcValue tree;
-  tree["odom_frame_id"] = "";
-  LocalizationRosOptions options;
-  localizationParameters(options).load(tree, "/localization");
-  checkAndTidy(options);
-  EXPECT_EQ(options.localizer.motion.prior, "constant_velocity");
+  for (const char* nothing : {"none", ""}) {
+    XmlRpc::XmlRpcValue tree;
+    tree["odom_frame_id"] = nothing;
+    LocalizationRosOptions options;
+    localizationParameters(options).load(tree, "/localization");
+    checkAndTidy(options);
+    EXPECT_EQ(options.frames.odom_frame_id, "");
+    EXPECT_EQ(options.localizer.motion.prior, "constant_velocity");
+  }
 }
 
 // The YAML file is the manual: it names every option, its default and its meaning.

@@ -30,7 +30,7 @@ class Quiet(unittest.TestCase):
             return self.changed.wait_for(check, 60.0)
 
     def test_no_cloud_then_no_transform(self):
-        self.assertTrue(self.warned('no cloud', '/camera/points'), self.messages)
+        self.assertTrue(self.warned('no cloud', '/camera/points', 'depth_image:=true'), self.messages)
         robot = FakeRobot(cloud='camera/points')
         robot.send_odometry = False
         robot.start()

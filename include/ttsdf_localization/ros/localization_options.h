@@ -13,7 +13,7 @@ namespace ttsdf {
 /// Frames and transforms, named as in amcl.
 struct FrameOptions {
   std::string global_frame_id = "map";
-  std::string odom_frame_id = "odom";  ///< "": no odometry, map -> base is published
+  std::string odom_frame_id = "odom";  ///< "none" is read as "": no odometry, map -> base is published
   std::string base_frame_id = "base_link";
   bool tf_broadcast = true;
   double transform_tolerance = 0.1;  ///< map -> odom is stamped this far ahead of the scan [s]

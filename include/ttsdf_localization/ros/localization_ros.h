@@ -77,7 +77,11 @@ class LocalizationRos {
   void process(const ReadyScan& ready);
   void publishUpdate(const LocalizationUpdate& update, const SeenScan& seen);
   void publishStatus(Status status, const std_msgs::Header& header);
+  /// Warns, and says so in the status.
   void refuse(const std_msgs::Header& header, std::uint8_t reason, const std::string& message);
+  /// In the status only.
+  void announce(const std_msgs::Header& header, std::uint8_t reason, const std::string& message);
+  std::string whatIsAwaited() const;
   bool onArrived(const std_msgs::Header& header);
   void onReady(const boost::shared_ptr<const CloudScan>& cloud, bool odometry);
   void putMapIntoUse(LoadedMap map);
@@ -138,7 +142,7 @@ class LocalizationRos {
   std::optional<PoseRequest> pose_request_;  ///< not yet moved on by odometry
   int epoch_ = 0;
   std::string map_id_, map_summary_;
-  std::vector<std::uint8_t> map_bytes_;
+  std::optional<ttsdf_localization::TtSdfMap> map_message_;
   std::optional<LocalizationUpdate> global_outcome_;  ///< of the last global localization
   std::optional<geometry_msgs::PoseWithCovarianceStamped>
       pose_since_global_;     ///< newest published since it began

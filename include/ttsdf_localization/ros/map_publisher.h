@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "ttsdf_localization/GetMap.h"
+#include "ttsdf_localization/TtSdfMap.h"
 #include "ttsdf_localization/map/tt_sdf_map.h"
 
 namespace ttsdf {
@@ -20,8 +21,7 @@ class MapPublisher {
  public:
   struct Held {
     std::shared_ptr<const TtSdfMap> map;
-    std::vector<std::uint8_t> bytes;  ///< the map file
-    std::string map_id;
+    ttsdf_localization::TtSdfMap message;  ///< with the bytes of the map file
   };
 
   /// Advertises in `nh`; the service runs in nh's callback queue.

@@ -3,6 +3,7 @@
 // meanwhile.
 
 #include <ros/node_handle.h>
+#include <ros/service_server_link.h>
 
 #include <atomic>
 #include <cstdint>
@@ -12,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "ttsdf_localization/GetMap.h"
 #include "ttsdf_localization/SetMap.h"
 #include "ttsdf_localization/TtSdfMap.h"
 #include "ttsdf_localization/localization/localizer.h"
@@ -24,9 +26,9 @@ namespace ttsdf {
 struct LoadedMap {
   PreparedMap map;
   std::string map_id;
-  std::string frame_id;             ///< the map's own name for its frame
-  std::string summary;              ///< dims, ranks, voxel size, bytes in file and in memory
-  std::vector<std::uint8_t> bytes;  ///< of the map file
+  std::string frame_id;                  ///< the map's own name for its frame
+  std::string summary;                   ///< dims, ranks, voxel size, bytes in file and in memory
+  ttsdf_localization::TtSdfMap message;  ///< with the bytes of the map file
 };
 
 /// Decodes, checks and prepares. Throws MapFormatError.
@@ -59,6 +61,7 @@ class MapSource {
   void run();
   void onMap(const ttsdf_localization::TtSdfMapConstPtr& message);
   void callService();
+  bool callOnce(const std::string& service, ttsdf_localization::GetMap& call);
   void put(Job job);
 
   const MapSourceOptions options_;
@@ -69,7 +72,9 @@ class MapSource {
   ros::NodeHandle node_;
   ros::Subscriber subscriber_;
   NewestSlot<Job> jobs_;
-  std::string last_topic_id_;  ///< the same map again is not loaded again
+  std::mutex mutex_;
+  std::string last_topic_id_;       ///< the same map again is not loaded again
+  ros::ServiceServerLinkPtr link_;  ///< of the call that runs
   std::thread thread_;
 };
 

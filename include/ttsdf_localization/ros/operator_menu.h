@@ -48,7 +48,7 @@ class OperatorMenu {
   /// A service call; returns the line to show.
   using Action = std::function<std::string()>;
 
-  void insertBall();
+  void insertBall(const std::string& frame);
   void fillMenu();
   void addEntry(const std::string& title, Action action);
   void addMaps();
@@ -66,6 +66,7 @@ class OperatorMenu {
 
   std::mutex mutex_;
   Status status_;
+  std::string frame_;  ///< of the map
   geometry_msgs::Point position_;
   std::string reply_;  ///< of the last action
   bool menu_stale_ = true;
