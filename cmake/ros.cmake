@@ -106,14 +106,14 @@ endif()
 # The same behaviour is asked of the node and of the nodelet.
 foreach(behaviour
     localization no_odometry external_prior tf_output missing_transforms bad_clouds map_change initialpose time_jump lost
-    quiet traps)
+    quiet traps map_sources start_pose)
   foreach(nodelet false true)
     ttsdf_rostest(${behaviour}.test DEPENDS test_maps localization_node ttsdf_localization_nodelet
       ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=${nodelet})
   endforeach()
 endforeach()
 foreach(behaviour
-    map_sources two_robots start_pose bad_parameters robot_example handheld_example)
+    two_robots bad_parameters robot_example handheld_example)
   ttsdf_rostest(${behaviour}.test DEPENDS test_maps localization_node ttsdf_localization_nodelet
     ARGS map_dir:=${TTSDF_TEST_MAPS})
 endforeach()
@@ -187,6 +187,11 @@ if(TTSDF_BUILD_TESTS AND CATKIN_ENABLE_TESTING)
     "${CMAKE_CURRENT_SOURCE_DIR}/test/documentation/behaviour_page_test.py")
   add_test(NAME launch_files_test COMMAND ${PYTHON_EXECUTABLE} -B
     "${CMAKE_CURRENT_SOURCE_DIR}/test/ros/launch_files_test.py")
+  add_test(NAME package_exports_test COMMAND ${CMAKE_CTEST_COMMAND}
+    --build-and-test "${CMAKE_CURRENT_SOURCE_DIR}/test/package" "${CMAKE_CURRENT_BINARY_DIR}/package_exports"
+    --build-generator ${CMAKE_GENERATOR} --build-options "-DCMAKE_PREFIX_PATH=${CATKIN_DEVEL_PREFIX}"
+    -DPYTHON_EXECUTABLE=${PYTHON_EXECUTABLE} -DPython3_EXECUTABLE=${PYTHON_EXECUTABLE}
+    --test-command uses_ttsdf_localization)
   add_test(NAME scripts_test COMMAND ${PYTHON_EXECUTABLE} "${CMAKE_CURRENT_SOURCE_DIR}/test/scripts/scripts_test.py")
 endif()
 

@@ -2,7 +2,8 @@
 find_package(catkin REQUIRED COMPONENTS
   message_generation roscpp nodelet pluginlib tf2 tf2_ros tf2_eigen tf2_geometry_msgs
   std_msgs std_srvs geometry_msgs nav_msgs sensor_msgs diagnostic_msgs visualization_msgs
-  diagnostic_updater message_filters)
+  diagnostic_updater message_filters dynamic_reconfigure)
+find_package(Eigen3 REQUIRED)
 
 add_message_files(DIRECTORY msg FILES
   TtSdfMap.msg
@@ -21,8 +22,10 @@ add_service_files(DIRECTORY srv FILES
 
 generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 
+# What the headers of the two libraries include, others need, too.
 catkin_package(
   INCLUDE_DIRS include
-  LIBRARIES ttsdf_core ttsdf_ros
+  LIBRARIES ttsdf_ros ttsdf_core
   CATKIN_DEPENDS message_runtime roscpp nodelet tf2 tf2_ros std_msgs std_srvs geometry_msgs nav_msgs sensor_msgs
-    diagnostic_msgs visualization_msgs diagnostic_updater message_filters)
+    diagnostic_msgs visualization_msgs diagnostic_updater message_filters dynamic_reconfigure
+  DEPENDS EIGEN3)

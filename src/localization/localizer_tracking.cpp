@@ -26,6 +26,24 @@ PoseEstimate atSensor(const LocalizerScan& scan, const Prediction& prior) {
   return {T_map_sensor, movedCovariance(prior.covariance + kLeastCovariance,
                                         T_map_sensor.translation() - prior.T_map_base.translation())};
 }
+
+/// Where the scan says the sensor is, weighed against the prior: what is published if it is believed.
+struct Weighed {
+  PoseEstimate prior;  ///< widened where the scan contradicts it
+  PoseEstimate pose;
+};
+Weighed weigh(const LocalizerScan& scan, const Prediction& prior, const RegistrationResult& result) {
+  const PoseEstimate measured{result.T_map_sensor, result.covariance};
+  const PoseEstimate before = widened(atSensor(scan, prior), measured);
+  return {before, fused(before, measured)};
+}
+
+PoseError setJump(const Weighed& weighed, LocalizationUpdate& update) {
+  const PoseError jump = poseError(weighed.prior.T, weighed.pose.T);
+  update.jump_translation = jump.translation;
+  update.jump_rotation = jump.rotation;
+  return jump;
+}
 }  // namespace
 
 LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
@@ -35,8 +53,12 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
 
   update.registration = alignNear(scan, *prior);
   update.registered = true;
-  Refusal refusal = examine(scan, prior->T_map_base, trackingInliers(), update);
-  if (!refusal) refusal = checkJump({update.jump_translation, update.jump_rotation}, options_.gates);
+  Refusal refusal = checkTermination(update.registration);
+  if (!refusal) {
+    const PoseError jump = setJump(weigh(scan, *prior, update.registration), update);
+    refusal = checkFit(update.registration, options_.gates, trackingInliers());
+    if (!refusal) refusal = checkJump(jump, options_.gates);
+  }
   if (!refusal) refusal = checkPlausible(scan, *prior, update.registration);
   if (!refusal) return accept(scan, *prior, update);
 
@@ -83,24 +105,14 @@ RegistrationResult Localizer::alignNear(const LocalizerScan& scan, const Predict
   return far.score < near.score && !checkPlausible(scan, prior, far) ? far : near;
 }
 
-Refusal Localizer::examine(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base_prior,
-                           double min_inlier_ratio, LocalizationUpdate& update) const {
-  const RegistrationResult& result = update.registration;
-  if (Refusal refusal = checkTermination(result)) return refusal;
-  const PoseError jump = poseError(T_map_base_prior * scan.T_base_sensor, result.T_map_sensor);
-  update.jump_translation = jump.translation;
-  update.jump_rotation = jump.rotation;
-  return checkFit(result, options_.gates, min_inlier_ratio);
-}
-
 LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction& prior,
                                      LocalizationUpdate& update) {
-  const RegistrationResult& result = update.registration;
-  const PoseEstimate measured{result.T_map_sensor, result.covariance};
-  const PoseEstimate before = ttsdf::widened(atSensor(scan, prior), measured),
-                     after = fused(before, measured);
-  fillPose(scan, {after.T, withPriorInWeakDirections(result.covariance, before.covariance, 6)}, update);
-  motion_.correct(scan, update.T_map_base, movedCovariance(after.covariance, baseFromSensor(update)));
+  const Weighed weighed = weigh(scan, prior, update.registration);
+  setJump(weighed, update);
+  const Matrix6d covariance =
+      withPriorInWeakDirections(update.registration.covariance, weighed.prior.covariance, 6);
+  fillPose(scan, {weighed.pose.T, covariance}, update);
+  motion_.correct(scan, update.T_map_base, movedCovariance(weighed.pose.covariance, baseFromSensor(update)));
   refused_in_row_ = 0;
   confirmations_left_ = std::max(0, confirmations_left_ - 1);
   if (confirmations_left_ > 0 || scan.stamp < confirmed_from_) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "../support/room.h"
 #include "ttsdf_localization/localization/pose_covariance.h"
@@ -389,6 +390,42 @@ TEST(Localizer, KeepsThePriorAlongACorridorAndSaysSo) {
     last_sigma = sigma;
   }
   EXPECT_TRUE(update.pose_valid) << update.message;
+}
+
+// Of floor and ceiling little is seen, so noise moves the best fit up and down: the prior keeps the robot
+// where it is, and what is not published is no reason to refuse the scan.
+TEST(Localizer, ASlideInWeakDirectionsIsNoJump) {
+  constexpr double kGate = 0.02;
+  GridGeometry geometry;
+  DenseTensor tensor = test::sampleScene(Corridor(), 0.05, geometry);
+  LocalizerOptions options = quickOptions();
+  Localizer localizer(options);
+  localizer.setMap(std::make_shared<DenseDistanceField>(std::move(tensor), geometry));
+  const auto pose = [](int n) { return cameraPose({2.0 + 0.05 * n, 1.0, 1.2}, 0.1); };
+  PoseGuess start = guessAt(pose(0), 0.01, 0.01);
+  start.widen = false;
+  localizer.setGuess(start);
+  std::mt19937 random(1);
+  std::normal_distribution<float> noise(0.0F, 0.03F);
+  double slide = 0.0;
+  for (int n = 0; n < 30; ++n) {
+    if (n == 10) {
+      options.gates.max_jump_translation = kGate;
+      localizer.setOptions(options);
+    }
+    LocalizerScan scan;
+    scan.stamp = 0.1 * n;
+    const ScanPoints points = renderScan(Corridor(), pose(n));
+    scan.points = points.array().rowwise() / (points.colwise().norm().array() < 4.0f).cast<float>();
+    for (Eigen::Index k = 0; k < scan.points.cols(); ++k) scan.points.col(k) *= 1.0F + noise(random);
+    scan.T_odom_base = pose(n);
+    const LocalizationUpdate update = localizer.process(scan);
+    if (n < 10) continue;
+    EXPECT_TRUE(update.pose_valid) << update.message;
+    EXPECT_LT(update.jump_translation, kGate);
+    slide = std::max(slide, poseError(pose(n), update.registration.T_map_sensor).translation);
+  }
+  EXPECT_GT(slide, 2.0 * kGate);
 }
 
 TEST(Localizer, RefusesOptionsOutOfRange) {

@@ -3,8 +3,10 @@
 import threading
 import time
 import unittest
+import xmlrpc.client
 
 import numpy as np
+import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
@@ -17,6 +19,12 @@ from ttsdf_localization.msg import LocalizationStatus as Status
 
 START = room.pose(1.6, 1.2, 0.0, 0.5)
 ELSEWHERE = room.pose(3.2, 3.6, 0.0, -1.2)
+
+
+def process_of(node):
+    """Process id of a node; rosgraph.MasterError if there is no such node."""
+    uri = rosgraph.Master('/fake_robot').lookupNode(node)
+    return xmlrpc.client.ServerProxy(uri).getPid('/fake_robot')[2]
 
 
 def quaternion(R):

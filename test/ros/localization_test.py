@@ -36,6 +36,22 @@ class Localization(RobotTestCase):
         self.assertLess(translation, 0.03)
         self.assertLess(rotation, 0.015)
 
+    def test_covariance_holds_the_truth_within_three_sigma(self):
+        r = self.recorder
+        self.robot.velocity = 0.3
+        begin = len(r.poses)
+        self.assertTrue(r.wait_for_new(r.poses, 100), r.history())
+        within = []
+        for pose in r.poses[begin:]:
+            truth = self.robot.truth[pose.header.stamp.to_nsec()]
+            T = matrix(pose.pose.pose.position, pose.pose.pose.orientation)
+            D = T[:3, :3] @ truth[:3, :3].T
+            difference = np.hstack([(T - truth)[:3, 3], [D[2, 1] - D[1, 2], D[0, 2] - D[2, 0], D[1, 0] - D[0, 1]]])
+            difference[3:] *= 0.5
+            sigma = np.sqrt(np.diag(np.reshape(pose.pose.covariance, (6, 6))))
+            within.append(np.all(np.abs(difference) < 3.0 * sigma))
+        self.assertGreaterEqual(np.mean(within), 0.99)
+
     def test_covariance_is_honest_and_in_the_order_of_ros(self):
         r = self.recorder
         self.assertTrue(r.wait_for_new(r.poses, 3))

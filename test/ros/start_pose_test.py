@@ -25,9 +25,13 @@ class StartPose(unittest.TestCase):
         rospy.delete_param('localization')
 
     def run_node(self, until):
-        """Starts the node, and ends it as roslaunch would when `until` is true."""
-        node = roslib.packages.find_node('ttsdf_localization', 'localization_node')[0]
-        process = subprocess.Popen([node, '__name:=localization'])
+        """Starts the localizer, and ends it as roslaunch would when `until` is true."""
+        if rospy.get_param('~nodelet'):
+            command = [roslib.packages.find_node('nodelet', 'nodelet')[0], 'standalone',
+                       'ttsdf_localization/LocalizationNodelet']
+        else:
+            command = [roslib.packages.find_node('ttsdf_localization', 'localization_node')[0]]
+        process = subprocess.Popen(command + ['__name:=localization'])
         try:
             self.assertTrue(self.recorder.wait_for(until, 90.0), self.recorder.history())
         finally:

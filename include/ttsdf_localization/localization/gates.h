@@ -23,7 +23,7 @@ Refusal checkFit(const RegistrationResult& result, const GateOptions& options, d
 Refusal checkFitAfterSearch(const RegistrationResult& result, const GateOptions& options,
                             double min_inlier_ratio);
 
-/// Distance of the result from its prior.
+/// Distance of the pose, weighed against its prior, from that prior: what slides along a corridor is no jump.
 Refusal checkJump(const PoseError& jump, const GateOptions& options);
 
 /// True if the scan contradicts nothing, it only says nothing: too few points, or none where the map knows

@@ -76,7 +76,7 @@ struct LocalizationUpdate {
       Matrix6d::Zero();  ///< of T_map_base: left perturbation [rotation; translation] about the base
   Vector6d twist = Vector6d::Zero();  ///< of the base in its own frame [rad/s; m/s]
   RegistrationResult registration;    ///< of the last attempt
-  double jump_translation = 0.0;      ///< pose against its prior [m]
+  double jump_translation = 0.0;      ///< the pose above against its prior [m]
   double jump_rotation = 0.0;         ///< [rad]
   bool registered = false;            ///< `registration` belongs to this scan
   bool relocalized = false;           ///< the pose was found by a search

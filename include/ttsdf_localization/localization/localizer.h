@@ -119,8 +119,6 @@ class Localizer {
   void stopConfirming();
   LocalizationUpdate believe(const LocalizerScan& scan, LocalizationUpdate& update);
   LocalizationUpdate refuse(const LocalizerScan& scan, const Refusal& refusal, LocalizationUpdate& update);
-  Refusal examine(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base_prior,
-                  double min_inlier_ratio, LocalizationUpdate& update) const;
   void becomeLost(int searches_done);
   void forgetUsualFit();
   /// Least inlier ratio while tracking, and after a search near the last pose.
