@@ -4,7 +4,8 @@
 
 namespace ttsdf {
 
-static_assert(kBrickSide == kColumnBlock, "the kernels contract the columns of one brick together");
+static_assert(kBrickSide % kColumnBlock == 0 && kColumnBlock == 4 && kBrickSide % 2 == 0,
+              "the kernels contract four columns together and take dot products with two rows");
 
 namespace {
 
@@ -28,7 +29,9 @@ BrickDecoder::BrickDecoder(const TensorTrain& train, const ColumnKernels& kernel
       width_(padded(train.rank2())),
       columns_(product(kBrickSide, width_),
                std::min(product(bricks_[0], middle_size_),
-                        BlockCache::blocksWithin(cache_bytes, product(kBrickSide, width_)))) {
+                        BlockCache::blocksWithin(cache_bytes, product(kBrickSide, width_),
+                                                 product(bricks_[0], middle_size_))),
+               product(bricks_[0], middle_size_)) {
   layOutFirst(train);
   layOutMiddle(train);
   layOutLast(train);
@@ -68,8 +71,11 @@ const float* BrickDecoder::columns(int a, int j) {
   const auto id = static_cast<BlockCache::Id>(product(j, bricks_[0]) + static_cast<std::size_t>(a));
   if (const float* const known = columns_.find(id)) return known;
   float* const block = columns_.insert(id);
-  kernels_.contract(&first_[product(a * kBrickCells, rank1_)], rank1_,
-                    &middle_[product(j, rank1_) * static_cast<std::size_t>(width_)], rank1_, width_, block);
+  for (int q = 0; q < kBrickSide; q += kColumnBlock) {
+    kernels_.contract(&first_[product(a * kBrickCells + q, rank1_)], rank1_,
+                      &middle_[product(j, rank1_) * static_cast<std::size_t>(width_)], rank1_, width_,
+                      block + q * width_);
+  }
   return block;
 }
 
@@ -77,15 +83,18 @@ void BrickDecoder::decode(int a, int b, int c, float* samples) {
   constexpr int kLayer = kBrickSide * kBrickSide;
   for (int dj = 0; dj < kBrickSide; ++dj) {
     const float* const block = columns(a, std::min(b * kBrickCells + dj, middle_size_ - 1));
-    const float* const four[4] = {block, block + width_, block + 2 * width_, block + 3 * width_};
-    for (int dk = 0; dk < kBrickSide; dk += 2) {
-      const float* const row = &last_[product(c * kBrickCells + dk, width_)];
-      const float* const two[2] = {row, row + width_};
-      float dots[8];
-      kernels_.dots(four, two, width_, dots);
-      float* const out = samples + dk * kLayer + dj * kBrickSide;
-      std::copy(dots, dots + 4, out);
-      std::copy(dots + 4, dots + 8, out + kLayer);
+    for (int di = 0; di < kBrickSide; di += kColumnBlock) {
+      const float* const first = block + di * width_;
+      const float* const four[4] = {first, first + width_, first + 2 * width_, first + 3 * width_};
+      for (int dk = 0; dk < kBrickSide; dk += 2) {
+        const float* const row = &last_[product(c * kBrickCells + dk, width_)];
+        const float* const two[2] = {row, row + width_};
+        float dots[8];
+        kernels_.dots(four, two, width_, dots);
+        float* const out = samples + dk * kLayer + dj * kBrickSide + di;
+        std::copy(dots, dots + 4, out);
+        std::copy(dots + 4, dots + 8, out + kLayer);
+      }
     }
   }
 }

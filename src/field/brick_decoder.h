@@ -1,5 +1,5 @@
 #pragma once
-// Decompression of a map in bricks of 4 x 4 x 4 samples, which hold the corners of 3 x 3 x 3 cells.
+// Decompression of a map in bricks of 8 x 8 x 8 samples, which hold the corners of 7 x 7 x 7 cells.
 //
 // For a pair (i, j) of first and middle index the column c_ij = G1(i, :) G2(:, j, :) is contracted once; a
 // sample is then its dot product with a column of the last core.
@@ -14,7 +14,7 @@
 
 namespace ttsdf {
 
-constexpr int kBrickCells = 3;               ///< cells along an edge
+constexpr int kBrickCells = 7;               ///< cells along an edge
 constexpr int kBrickSide = kBrickCells + 1;  ///< samples along an edge
 constexpr int kBrickSamples = kBrickSide * kBrickSide * kBrickSide;
 

@@ -35,6 +35,19 @@ TTSDF_VECTORIZE void locateBricks(const CellChunk& cells, int bricks_a, int bric
   }
 }
 
+/// Numbers of the points' bricks; false if one is missing.
+TTSDF_VECTORIZE bool lookUp(const std::uint32_t* places, const BrickChunk& where, int size,
+                            std::uint32_t* number) {
+  std::uint32_t missing = 0;
+#pragma GCC ivdep
+  for (int n = 0; n < size; ++n) {
+    const std::uint32_t place = places[where.brick[n]];
+    missing |= place == 0 ? 1u : 0u;
+    number[n] = place - 1;
+  }
+  return missing == 0;
+}
+
 TensorTrain matching(TensorTrain train, const Dims& dims) {
   if ((train.dims() == dims).all()) return train;
   std::ostringstream text;
@@ -42,7 +55,7 @@ TensorTrain matching(TensorTrain train, const Dims& dims) {
   throw std::invalid_argument(text.str());
 }
 
-/// A quarter of the bound is for contracted columns, the rest for bricks.
+/// An eighth of the bound is for contracted columns, the rest for bricks.
 struct CacheBytes {
   std::size_t columns, bricks;
 };
@@ -52,8 +65,8 @@ CacheBytes cacheBytes(const TtFieldOptions& options) {
     throw std::invalid_argument("compressed field: got a cache of " +
                                 std::to_string(options.cache_megabytes) + " MB, wanted 0 to 1000000");
   }
-  const auto quarter = static_cast<std::size_t>(0.25e6 * options.cache_megabytes);
-  return {quarter, 3 * quarter};
+  const auto eighth = static_cast<std::size_t>(0.125e6 * options.cache_megabytes);
+  return {eighth, 7 * eighth};
 }
 
 }  // namespace
@@ -65,8 +78,9 @@ class TtDistanceField::Impl final : public GridField {
         train_(matching(std::move(train), geometry.dims)),
         decoder_(train_, columnKernels(options.portable), ttsdf::cacheBytes(options).columns),
         bricks_(kBrickSamples,
-                std::min(brickCount(),
-                         BlockCache::blocksWithin(ttsdf::cacheBytes(options).bricks, kBrickSamples))) {}
+                std::min(brickCount(), BlockCache::blocksWithin(ttsdf::cacheBytes(options).bricks,
+                                                                kBrickSamples, brickCount())),
+                brickCount()) {}
 
   const TensorTrain& train() const { return train_; }
 
@@ -172,19 +186,14 @@ class TtDistanceField::Impl final : public GridField {
     std::memcpy(value + 6, s + kLayer + kBrickSide, 2 * sizeof(float));
   }
 
-  /// False if a brick is missing. The bricks of a scan do not fit into the first-level cache: everything is
-  /// asked for well before it is needed.
+  /// False if a brick is missing.
   bool readCorners(const BrickChunk& where, int size, CornerChunk& out) const {
-    const float* first[kChunk];
-    for (int p = 0; p < size; ++p) bricks_.prefetch(where.brick[p]);
+    alignas(64) std::uint32_t place[kChunk];
+    if (!lookUp(bricks_.places(), where, size, place)) return false;
+    const float* const data = bricks_.data();
     for (int p = 0; p < size; ++p) {
-      const float* const samples = bricks_.find(where.brick[p]);
-      if (!samples) return false;
-      first[p] = samples + where.offset[p];
-      __builtin_prefetch(first[p]);
-      __builtin_prefetch(first[p] + kLayer + kBrickSide + 1);
+      copyCorners(data + std::size_t{place[p]} * kBrickSamples + where.offset[p], out.value[p]);
     }
-    for (int p = 0; p < size; ++p) copyCorners(first[p], out.value[p]);
     return true;
   }
 

@@ -20,9 +20,9 @@ TEST(BrickDecoder, YieldsTheSamplesOfTheTrain) {
             float samples[kBrickSamples];
             decoder.decode(a, b, c, samples);
             for (int s = 0; s < kBrickSamples; ++s) {
-              const int i = std::min(a * kBrickCells + s % 4, n[0] - 1),
-                        j = std::min(b * kBrickCells + s / 4 % 4, n[1] - 1),
-                        k = std::min(c * kBrickCells + s / 16, n[2] - 1);
+              const int i = std::min(a * kBrickCells + s % kBrickSide, n[0] - 1),
+                        j = std::min(b * kBrickCells + s / kBrickSide % kBrickSide, n[1] - 1),
+                        k = std::min(c * kBrickCells + s / (kBrickSide * kBrickSide), n[2] - 1);
               EXPECT_NEAR(samples[s], tt(i, j, k), tolerance);
             }
           }

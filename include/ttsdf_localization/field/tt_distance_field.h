@@ -18,8 +18,9 @@ namespace ttsdf {
 
 struct TtFieldOptions {
   Interpolation interpolation = Interpolation::kTrilinear;
-  double cache_megabytes = 16.0;  ///< bound on the contracted columns and bricks kept
-  bool portable = false;          ///< use the portable kernel even where the CPU has wider instructions
+  /// Bound on the contracted columns and bricks kept; a block of each and 4 B per brick are always there.
+  double cache_megabytes = 24.0;
+  bool portable = false;  ///< use the portable kernel even where the CPU has wider instructions
 };
 
 class TtDistanceField final : public DistanceField {
