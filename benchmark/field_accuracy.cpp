@@ -26,10 +26,71 @@ struct Arguments {
   ttsdf::BuildOptions build;
 };
 
-/// Of the samples that rays saw.
+/// A depth image and where it was taken.
+struct View {
+  ttsdf::DepthImage image;
+  ttsdf::CameraIntrinsics intrinsics;
+  Eigen::Isometry3d T_camera_map;
+
+  /// Depth reading along the ray through a point [m], and the point's own depth; false where there is none.
+  bool read(const Eigen::Vector3d& p_map, double& reading, double& depth) const {
+    const Eigen::Vector3d p = T_camera_map * p_map;
+    if (!(p.z() > 0.0)) return false;
+    const auto u = static_cast<int>(std::lround(intrinsics.fx * p.x() / p.z() + intrinsics.cx));
+    const auto v = static_cast<int>(std::lround(intrinsics.fy * p.y() / p.z() + intrinsics.cy));
+    if (u < 0 || v < 0 || u >= image.width || v >= image.height) return false;
+    reading = image.at(u, v), depth = p.z();
+    return reading > 0.0;
+  }
+};
+
+constexpr double kGrazing = 0.17;  ///< cosine below which fusion takes no surface from a ray (80 deg)
+
+/// What rays saw. Without views: everything.
+class Observers {
+ public:
+  Observers(std::vector<View> views, const ttsdf::FusionOptions& fusion)
+      : views_(std::move(views)), fusion_(fusion) {}
+
+  /// Whether a ray came through p (or to it).
+  bool sawThrough(const Eigen::Vector3d& p) const {
+    return any(
+        [&](double reading, double depth, const View&) {
+          return depth <= reading && depth >= fusion_.min_depth && depth <= fusion_.max_depth;
+        },
+        p);
+  }
+
+  /// Whether a ray ended on the surface at p.
+  bool sawSurface(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const {
+    return any(
+        [&](double reading, double depth, const View& view) {
+          const Eigen::Vector3d ray = p - view.T_camera_map.inverse().translation();
+          return std::abs(reading - depth) <= 0.5 * fusion_.voxel_size && depth >= fusion_.min_depth &&
+                 depth <= fusion_.max_depth && ray.dot(normal) < -kGrazing * ray.norm();
+        },
+        p);
+  }
+
+ private:
+  template <class Test>
+  bool any(const Test& test, const Eigen::Vector3d& p) const {
+    if (views_.empty()) return true;
+    return std::any_of(views_.begin(), views_.end(), [&](const View& view) {
+      double reading = 0.0, depth = 0.0;
+      return view.read(p, reading, depth) && test(reading, depth, view);
+    });
+  }
+
+  std::vector<View> views_;
+  ttsdf::FusionOptions fusion_;
+};
+
+/// Signs: of the samples that rays passed. Errors: of the samples within 1.5 voxels of a surface that rays
+/// ended on [voxel].
 struct Accuracy {
   std::size_t seen = 0, right_signs = 0, far_wrong = 0;
-  std::vector<double> near_errors;  ///< of the samples within 1.5 voxels of the surface [voxel]
+  std::vector<double> near_errors;
 };
 
 constexpr double kOnSurface = 0.05;  ///< nearer to the surface a sign says nothing [voxel]
@@ -40,24 +101,41 @@ bool outerFaceIsNearest(const Eigen::AlignedBox3d& bounds, const Eigen::Vector3d
   return to_face <= std::abs(truth) + 1e-6;
 }
 
-Accuracy compare(const ttsdf::SampledField& field, const ttsdf::AnalyticScene& scene) {
+/// Inside matter the scene knows the distance only where no other solid covers the nearest surface.
+bool knowsDistance(const ttsdf::AnalyticScene& scene, const Eigen::Vector3d& p, double truth, double voxel) {
+  if (truth >= 0.0) return true;
+  const double beyond = 0.1 * voxel;
+  return scene.signedDistance(p + (beyond - truth) * scene.gradient(p)) > 0.5 * beyond;
+}
+
+void compareSample(const ttsdf::AnalyticScene& scene, const Observers& observers, const Eigen::Vector3d& p,
+                   double value, double voxel, Accuracy& result) {
+  const double truth = scene.signedDistance(p);
+  if (outerFaceIsNearest(scene.bounds(), p, truth)) return;
+  if (observers.sawThrough(p)) {
+    const bool right = (truth < 0.0) == (value < 0.0) || std::abs(truth) < kOnSurface * voxel;
+    ++result.seen;
+    result.right_signs += right ? 1U : 0U;
+    result.far_wrong += !right && std::abs(truth) > 0.5 * voxel ? 1U : 0U;
+  }
+  if (std::abs(truth) > 1.5 * voxel || !knowsDistance(scene, p, truth, voxel)) return;
+  const Eigen::Vector3d normal = scene.gradient(p);
+  if (observers.sawSurface(p - truth * normal, normal)) {
+    result.near_errors.push_back(std::abs(value - truth) / voxel);
+  }
+}
+
+Accuracy compare(const ttsdf::SampledField& field, const ttsdf::AnalyticScene& scene,
+                 const Observers& observers) {
   Accuracy result;
-  const double h = field.geometry.voxel_size;
   const ttsdf::Dims& dims = field.geometry.dims;
-  const Eigen::AlignedBox3d bounds = scene.bounds();
   std::size_t n = 0;
   for (int k = 0; k < dims[2]; ++k) {
     for (int j = 0; j < dims[1]; ++j) {
       for (int i = 0; i < dims[0]; ++i, ++n) {
         if (!field.known[n]) continue;
-        const Eigen::Vector3d p = field.geometry.samplePosition(Eigen::Vector3d(i, j, k));
-        const double truth = scene.signedDistance(p), value = field.values.data()[n];
-        if (outerFaceIsNearest(bounds, p, truth)) continue;
-        const bool right = (truth < 0.0) == (value < 0.0) || std::abs(truth) < kOnSurface * h;
-        ++result.seen;
-        result.right_signs += right ? 1U : 0U;
-        result.far_wrong += !right && std::abs(truth) > 0.5 * h ? 1U : 0U;
-        if (std::abs(truth) <= 1.5 * h) result.near_errors.push_back(std::abs(value - truth) / h);
+        compareSample(scene, observers, field.geometry.samplePosition(Eigen::Vector3d(i, j, k)),
+                      static_cast<double>(field.values.data()[n]), field.geometry.voxel_size, result);
       }
     }
   }
@@ -92,13 +170,20 @@ ttsdf::TsdfVolume observePerfectly(const ttsdf::AnalyticScene& scene, const ttsd
   return ttsdf::idealVolume(distances, begin, geometry.dims, options);
 }
 
-ttsdf::TsdfVolume observeThroughCamera(const Arguments& a) {
+std::vector<View> takeViews(const Arguments& a) {
   ttsdf::SimulatedRig rig(a.rig);
-  ttsdf::TsdfVolume volume(a.fusion);
+  std::vector<View> views;
   for (int n = 0; n < a.frames; ++n) {
     const auto state = rig.advance(rig.trajectory().duration() * n / a.frames);
-    volume.integrate(rig.image(state), rig.camera().intrinsics(), state.T_map_base * rig.cameraMount());
+    views.push_back(
+        {rig.image(state), rig.camera().intrinsics(), (state.T_map_base * rig.cameraMount()).inverse()});
   }
+  return views;
+}
+
+ttsdf::TsdfVolume fuse(const std::vector<View>& views, const ttsdf::FusionOptions& options) {
+  ttsdf::TsdfVolume volume(options);
+  for (const View& view : views) volume.integrate(view.image, view.intrinsics, view.T_camera_map.inverse());
   return volume;
 }
 
@@ -115,9 +200,11 @@ int run(int argc, char** argv) {
   const ttsdf::AnalyticScene scene = ttsdf::makeWorld(a.rig.scene).scene;
   std::printf("%-20s %12s %12s %15s %16s %24s\n", "observation", "voxels seen", "rms [voxel]",
               "median [voxel]", "right signs [%]", "wrong beyond 0.5 vx [%]");
-  print("every voxel", compare(ttsdf::sampleField(observePerfectly(scene, a.fusion), a.build), scene));
+  print("every voxel", compare(ttsdf::sampleField(observePerfectly(scene, a.fusion), a.build), scene,
+                               Observers({}, a.fusion)));
+  const std::vector<View> views = takeViews(a);
   print(std::to_string(a.frames) + " depth frames",
-        compare(ttsdf::sampleField(observeThroughCamera(a), a.build), scene));
+        compare(ttsdf::sampleField(fuse(views, a.fusion), a.build), scene, Observers(views, a.fusion)));
   return 0;
 }
 

@@ -110,12 +110,11 @@ class Results:
     def accuracy_section(self):
         return ("## The uncompressed field against exact distances\n\nSimulated, without noise. *Every voxel*: what perfect "
                 "observation would leave (band on both sides of a surface, free before it, unknown behind it). *Depth frames*: "
-                "rendered along the camera's way, 640 x 480, fused with carving. Of the voxels that some ray saw: rms error "
-                "and median within 1.5 voxels of the true surface, and signs of samples that are not on it (0.05 voxel). Samples "
-                "whose nearest surface is an outer face of the world, which nobody inside can see, are left out; surfaces inside "
-                "matter (where furniture stands on the floor) are not, and count in the rms though no ray reaches them. What share "
-                "of the rms they have has not been measured; `SampledField.IsExactInARoom` asserts 0.05 voxel in a room without "
-                "them.\n\n"
+                "rendered along the camera's way, 640 x 480, fused with carving. Signs: of the samples that a ray passed on its way "
+                "to a reading, away from the surface by more than 0.05 voxel. Errors: of the samples within 1.5 voxels of a "
+                "surface that a ray ended on, no flatter than 80 degrees. Left out is what the scene does not know: samples whose "
+                "nearest surface is an outer face of the world, and samples inside matter whose nearest surface is covered by "
+                "another solid (furniture on the floor).\n\n"
                 + table(["world", "observation", "voxels seen", "rms [voxel]", "median [voxel]", "right signs [%]",
                          "wrong beyond half a voxel [%]"], self.accuracy_rows()) + "\n")
 
