@@ -24,6 +24,7 @@ namespace {
 
 struct Arguments {
   std::string output;
+  double share = 1.0;
   ttsdf::FusionOptions fusion;
   ttsdf::BuildOptions build;
 };
@@ -70,18 +71,21 @@ class StepTable {
   Usage start_;
 };
 
-/// What was observed of the building: everything but its outermost 0.2 m (0.1 m of floor and roof).
-Eigen::AlignedBox3d observedBox(const ttsdf::AnalyticScene& scene) {
+/// What was observed of the building: everything but its outermost 0.2 m (0.1 m of floor and roof), up to a
+/// share of its length.
+Eigen::AlignedBox3d observedBox(const ttsdf::AnalyticScene& scene, double share) {
   Eigen::AlignedBox3d box = scene.bounds();
+  box.max().y() = box.min().y() + share * box.sizes().y();
   box.min() += Eigen::Vector3d(0.2, 0.2, 0.1);
   box.max() -= Eigen::Vector3d(0.2, 0.2, 0.1);
   return box;
 }
 
 /// What cameras inside see: rooms, corridors and the window reveals up to 0.2 m before the outer faces.
-ttsdf::TsdfVolume observeInside(const ttsdf::AnalyticScene& scene, const ttsdf::FusionOptions& options) {
+ttsdf::TsdfVolume observeInside(const ttsdf::AnalyticScene& scene, double share,
+                               const ttsdf::FusionOptions& options) {
   const double h = options.voxel_size;
-  const Eigen::AlignedBox3d box = observedBox(scene);
+  const Eigen::AlignedBox3d box = observedBox(scene, share);
   const Eigen::Array3i begin = (box.min() / h).array().round().cast<int>();
   const ttsdf::Dims size = (box.max() / h).array().round().cast<int>() - begin + 1;
   ttsdf::GridGeometry geometry;
@@ -96,11 +100,11 @@ ttsdf::TsdfVolume observeInside(const ttsdf::AnalyticScene& scene, const ttsdf::
 
 /// Rms difference between the map and the scene's exact distance at samples that were observed, within 3 cm
 /// of a surface [m].
-double errorAgainstScene(const ttsdf::BuiltMap& built, const ttsdf::AnalyticScene& scene) {
+double errorAgainstScene(const ttsdf::BuiltMap& built, const ttsdf::AnalyticScene& scene, double share) {
   constexpr double kNear = 0.03;
   constexpr int kSamples = 200000;
   std::mt19937 random(1);
-  Eigen::AlignedBox3d observed = observedBox(scene);
+  Eigen::AlignedBox3d observed = observedBox(scene, share);
   observed.min().array() += kNear;
   observed.max().array() -= kNear;
   const ttsdf::Dims& dims = built.map.geometry.dims;
@@ -125,13 +129,16 @@ int run(int argc, char** argv) {
   ttsdf::CommandLine line("building_benchmark", "[options]",
                           "Compresses a simulated building of 212 million voxels.");
   line.value("output", "MAP.ttsdf", a.output, "Keeps the map.")
+      .value("share", "S", a.share, "Observes this part of the building's length only (0.1 to 1).")
       .options("fusion", ttsdf::fusionOptionTable(), a.fusion)
       .options("build", ttsdf::buildOptionTable(), a.build);
   if (!line.parse(argc, argv, std::cout)) return 0;
+  if (!(a.share >= 0.1 && a.share <= 1.0))
+    throw ttsdf::UsageError("--share: got " + std::to_string(a.share) + ", wanted 0.1 to 1");
   const ttsdf::AnalyticScene scene = ttsdf::makeBuilding();
   StepTable table;
   table.begin("(simulated observation)");
-  const ttsdf::TsdfVolume volume = observeInside(scene, a.fusion);
+  const ttsdf::TsdfVolume volume = observeInside(scene, a.share, a.fusion);
   table.end();
   std::printf("sparse volume: %.0f MB\n", 1e-6 * static_cast<double>(volume.memoryBytes()));
   const Usage start = usage();
@@ -151,7 +158,7 @@ int run(int argc, char** argv) {
               built.report.rank2, built.report.encoding.c_str(), built.report.file_bytes,
               built.report.memory_bytes);
   std::printf("rms error near the surface: %.2f mm against the uncompressed field, %.2f mm to the scene\n",
-              1e3 * built.report.surface_rms, 1e3 * errorAgainstScene(built, scene));
+              1e3 * built.report.surface_rms, 1e3 * errorAgainstScene(built, scene, a.share));
   return 0;
 }
 

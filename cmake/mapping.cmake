@@ -38,7 +38,7 @@ ttsdf_library(ttsdf_mapping
     src/mapping/observed_surface.cpp
     src/mapping/surface_extraction.cpp
     src/mapping/sharp_edges.cpp
-    src/mapping/triangle_foot.cpp
+    src/mapping/subdivided.cpp
     src/mapping/nearest_surface.cpp
     src/mapping/manhattan_frame.cpp
     src/mapping/signed_distance.cpp

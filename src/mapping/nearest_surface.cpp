@@ -9,6 +9,7 @@
 #include <vigra/vector_distance.hxx>
 
 #include "parallel.h"
+#include "triangle_bins.h"
 
 namespace ttsdf {
 namespace {
@@ -19,75 +20,14 @@ using Offsets =
 constexpr int kMaxSteps = 6;               // of a descent or of jumps; two are the rule
 constexpr int kMaxPasses = 64;             // of exchange between neighbours; ten are the rule
 constexpr float kNoNearer = 1.0F - 1e-6F;  // of a squared distance: rounding
-
-/// A triangle with what tells at once where the foot of a sample on its plane lies.
-struct Triangle {
-  Triangle(const Eigen::Vector3f& a_in, const Eigen::Vector3f& b_in, const Eigen::Vector3f& c_in)
-      : a(a_in), b(b_in), c(c_in) {
-    const Eigen::Vector3f e1 = b - a, e2 = c - a, n = e1.cross(e2);
-    const float squared = n.squaredNorm();
-    if (!(squared > 0.0F)) return;
-    to_b = e2.cross(n) / squared;
-    to_c = n.cross(e1) / squared;
-    normal = n / std::sqrt(squared);
-  }
-
-  Eigen::Vector3f a, b, c;
-  /// Weights of b and c of a point's foot are to_b . (p - a) and to_c . (p - a). A triangle without area has
-  /// no inside.
-  Eigen::Vector3f to_b = Eigen::Vector3f::Zero(), to_c = Eigen::Vector3f::Zero();
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
-};
-
-/// Which triangles touch the unit cube around a sample.
-class TriangleBins {
- public:
-  TriangleBins(const std::vector<Triangle>& triangles, const Dims& dims) : dims_(dims) {
-    const auto count = static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) *
-                       static_cast<std::size_t>(dims[2]);
-    start_.assign(count + 2, 0);
-    for (const auto& t : triangles) forEachCube(t, [&](std::size_t cube) { ++start_[cube + 2]; });
-    for (std::size_t n = 2; n < start_.size(); ++n) start_[n] += start_[n - 1];
-    entries_.resize(start_.back());
-    for (std::size_t n = 0; n < triangles.size(); ++n) {
-      forEachCube(triangles[n],
-                  [&](std::size_t cube) { entries_[start_[cube + 1]++] = static_cast<std::int32_t>(n); });
-    }
-  }
-  const std::int32_t* begin(std::size_t cube) const { return entries_.data() + start_[cube]; }
-  const std::int32_t* end(std::size_t cube) const { return entries_.data() + start_[cube + 1]; }
-  bool occupied(std::size_t cube) const { return start_[cube] != start_[cube + 1]; }
-  bool empty() const { return entries_.empty(); }
-
- private:
-  template <class Function>
-  void forEachCube(const Triangle& t, const Function& fn) const {
-    const Eigen::Array3f low = t.a.array().min(t.b.array()).min(t.c.array());
-    const Eigen::Array3f high = t.a.array().max(t.b.array()).max(t.c.array());
-    const Eigen::Array3i first = (low + 0.5F).floor().cast<int>().max(0);
-    const Eigen::Array3i last = (high + 0.5F).floor().cast<int>().min(dims_ - 1);
-    for (int k = first[2]; k <= last[2]; ++k) {
-      for (int j = first[1]; j <= last[1]; ++j) {
-        for (int i = first[0]; i <= last[0]; ++i) {
-          fn(static_cast<std::size_t>(i) +
-             static_cast<std::size_t>(dims_[0]) *
-                 (static_cast<std::size_t>(j) +
-                  static_cast<std::size_t>(dims_[1]) * static_cast<std::size_t>(k)));
-        }
-      }
-    }
-  }
-
-  Dims dims_;
-  std::vector<std::uint32_t>
-      start_;  // filled one ahead, so that the second pass leaves begin and end in place
-  std::vector<std::int32_t> entries_;
-};
+constexpr float kSame = 2e-5F;             // distances that differ by so much [voxel] differ by rounding
+constexpr float kSamePlane = 1e-3F;        // [voxel]
+constexpr float kOnEdge = 1e-4F;           // a weight as small as this may be one of zero
 
 class Search {
  public:
   Search(const SurfaceMesh& mesh, const Dims& dims, const NearestSurfaceOptions& options)
-      : dims_(dims), options_(options), triangles_(unpack(mesh)), bins_(triangles_, dims) {
+      : mesh_(mesh), dims_(dims), options_(options), triangles_(unpack(mesh)), bins_(mesh, triangles_, dims) {
     if (bins_.empty() && std::isinf(options.none_beyond))
       throw std::invalid_argument("nearest surface: got no triangle inside the grid, wanted at least one");
   }
@@ -112,8 +52,8 @@ class Search {
     TriangleFoot foot{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};
   };
 
-  static std::vector<Triangle> unpack(const SurfaceMesh& mesh) {
-    std::vector<Triangle> triangles;
+  static std::vector<BinnedTriangle> unpack(const SurfaceMesh& mesh) {
+    std::vector<BinnedTriangle> triangles;
     triangles.reserve(static_cast<std::size_t>(mesh.triangles.cols()));
     for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
       const Eigen::Vector3i t = mesh.triangles.col(n);
@@ -177,7 +117,7 @@ class Search {
   }
 
   bool tryInside(const Eigen::Vector3f& p, std::int32_t number, Best& best) const {
-    const Triangle& t = triangles_[static_cast<std::size_t>(number)];
+    const BinnedTriangle& t = triangles_[static_cast<std::size_t>(number)];
     const Eigen::Vector3f d = p - t.a;
     const float b = t.to_b.dot(d), c = t.to_c.dot(d), a = 1.0F - b - c;
     if (!(b > 0.0F && c > 0.0F && a > 0.0F)) return false;
@@ -187,11 +127,35 @@ class Search {
     return true;
   }
 
+  /// Over a plane piece of surface the plane says where the foot is, and no other triangle there is nearer.
+  /// False, and `best` as it was, where the surface is not plane or ends.
+  bool tryPlane(const Eigen::Vector3f& p, std::size_t cube, Best& best) const {
+    if (!bins_.flat(cube)) return false;
+    const BinnedTriangle& plane = triangles_[static_cast<std::size_t>(*bins_.begin(cube))];
+    const float along = plane.above(p);
+    const std::size_t target = offset(cubeOf(p - along * plane.normal));
+    if (target != cube && !bins_.flat(target)) return false;
+    for (const auto* n = bins_.begin(target); n != bins_.end(target); ++n) {
+      const BinnedTriangle& t = triangles_[static_cast<std::size_t>(*n)];
+      const Eigen::Vector3f d = p - t.a;
+      const float b = t.to_b.dot(d), c = t.to_c.dot(d);
+      if (!(b > -kOnEdge && c > -kOnEdge && b + c < 1.0F + kOnEdge)) continue;
+      const float height = t.normal.dot(d);
+      if (std::abs(std::abs(height) - std::abs(along)) > kSamePlane) return false;
+      best.triangle = *n;
+      best.squared = height * height;
+      return true;
+    }
+    return false;
+  }
+
   void tryTriangle(const Eigen::Vector3f& p, std::int32_t number, Best& best) const {
-    const Triangle& t = triangles_[static_cast<std::size_t>(number)];
-    const float along = t.normal.dot(p - t.a);
+    const BinnedTriangle& t = triangles_[static_cast<std::size_t>(number)];
+    const float along = t.above(p);
     if (along * along >= kNoNearer * best.squared) return;
-    const TriangleFoot foot = closestPoint(p, t.a, t.b, t.c);
+    const Eigen::Vector3i corners = mesh_.triangles.col(number);
+    const TriangleFoot foot =
+        closestPoint(p, t.a, mesh_.vertices.col(corners[1]), mesh_.vertices.col(corners[2]));
     const float squared = (p - foot.point).squaredNorm();
     if (squared < best.squared) best = {number, squared, foot};
   }
@@ -249,8 +213,8 @@ class Search {
   /// Where the foot lies on the rim of a triangle, the plane of that triangle says where the foot should be.
   void jump(const Eigen::Vector3f& p, Best& best) const {
     for (int step = 0; step < kMaxSteps && best.foot.weights.minCoeff() <= 0.0F; ++step) {
-      const Triangle& t = triangles_[static_cast<std::size_t>(best.triangle)];
-      const Eigen::Vector3f target = p - t.normal.dot(p - t.a) * t.normal;
+      const BinnedTriangle& t = triangles_[static_cast<std::size_t>(best.triangle)];
+      const Eigen::Vector3f target = p - t.above(p) * t.normal;
       const float squared = best.squared;
       tryCube(p, offset(surfaceVoxel(cubeOf(target))), best);
       if (!(best.squared < squared)) return;
@@ -260,11 +224,14 @@ class Search {
   void start(const Eigen::Array3i& voxel, std::size_t n) {
     if ((options_.wanted && !(*options_.wanted)[n]) || outOfReach(voxel)) return;
     const Eigen::Vector3f p = voxel.cast<float>();
+    const std::size_t near = offset(surfaceVoxel(voxel));
     Best best;
-    tryCube(p, offset(surfaceVoxel(voxel)), best);
-    if (best.squared <= reach()) {
-      jump(p, best);
-      descend(p, best);
+    if (!tryPlane(p, near, best)) {
+      tryCube(p, near, best);
+      if (best.squared <= reach()) {
+        jump(p, best);
+        descend(p, best);
+      }
     }
     result_.triangle[n] = best.triangle;
     result_.distance[n] = std::sqrt(best.squared);
@@ -348,7 +315,8 @@ class Search {
     const Eigen::Vector3f p = voxel.cast<float>();
     Best best;
     best.triangle = own;
-    best.squared = kNoNearer * distance * distance;
+    const float nearer = std::max(0.0F, distance - kSame);
+    best.squared = nearer * nearer;
     forEachNeighbour(voxel, n, [&](std::size_t m) {
       const std::int32_t triangle = result_.triangle[m];
       if (triangle >= 0 && triangle != best.triangle) tryTriangle(p, triangle, best);
@@ -360,9 +328,10 @@ class Search {
 
   float reach() const { return (options_.exact_within + 4.0F) * (options_.exact_within + 4.0F); }
 
+  const SurfaceMesh& mesh_;
   Dims dims_;
   const NearestSurfaceOptions& options_;
-  std::vector<Triangle> triangles_;
+  std::vector<BinnedTriangle> triangles_;
   TriangleBins bins_;
   int side_ = 1;  // of a cell [sample]
   Dims cells_ = Dims::Zero();

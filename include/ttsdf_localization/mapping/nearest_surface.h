@@ -8,17 +8,10 @@
 #include <vector>
 
 #include "ttsdf_localization/mapping/surface_mesh.h"
+#include "ttsdf_localization/mapping/triangle_foot.h"
 #include "ttsdf_localization/tensor/dense_tensor.h"
 
 namespace ttsdf {
-
-/// Closest point of a triangle; weights of its three corners (0: not on that corner's side of the triangle).
-struct TriangleFoot {
-  Eigen::Vector3f point;
-  Eigen::Vector3f weights;
-};
-TriangleFoot closestPoint(const Eigen::Vector3f& p, const Eigen::Vector3f& a, const Eigen::Vector3f& b,
-                          const Eigen::Vector3f& c);
 
 /// Splits triangles until no edge is longer than `max_edge`; keeps shared edges shared.
 SurfaceMesh subdivided(const SurfaceMesh& mesh, float max_edge);
