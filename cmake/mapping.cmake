@@ -35,6 +35,7 @@ ttsdf_library(ttsdf_mapping
     # volume or mesh -> signed field
     src/mapping/observed_grid.cpp
     src/mapping/observed_volume.cpp
+    src/mapping/observed_sides.cpp
     src/mapping/observed_surface.cpp
     src/mapping/surface_extraction.cpp
     src/mapping/sharp_edges.cpp

@@ -39,17 +39,14 @@ void fillEnclosed(const NearestSurface& nearest, const std::vector<std::uint8_t>
 /// Sign by the faces' direction, as if the mesh had been observed from its front and nothing else.
 void fillOriented(const ObservedSurface& surface, const NearestSurface& nearest, const BuildOptions& options,
                   SampledField& field) {
-  ObservedGrid nothing;
-  nothing.dims = {2, 2, 2};
-  nothing.voxel_size = nothing.truncation = field.geometry.voxel_size;
-  nothing.tsdf.assign(8, 0.0F);
-  nothing.state.assign(8, Observation::kUnknown);
+  std::vector<SideReading> nothing(field.geometry.voxelCount());
   SignedDistanceOptions sign_options;
   sign_options.support_distance = options.support_distance;
   sign_options.clamp_negative = options.clamp_negative;
   sign_options.clamp_positive = options.clamp_positive;
   sign_options.threads = options.threads;
-  SignedDistance distance = signedDistance(nothing, surface, nearest, field.geometry, sign_options);
+  SignedDistance distance =
+      signedDistance(std::move(nothing), surface, nearest, field.geometry, sign_options);
   smoothUnknown(distance, field.geometry.voxel_size, options.threads);
   if (options.support_mask)
     field.mask = supportMask(distance.supported, field.geometry.dims, kMaskCellVoxels);

@@ -34,7 +34,8 @@ SampledField sampleSurfaceDistance(const ObservedGrid& observed, const BuildOpti
   sign_options.clamp_positive = options.clamp_positive;
   sign_options.credible_depth = observed.truncation + 1.5 * observed.voxel_size;
   sign_options.threads = options.threads;
-  SignedDistance distance = signedDistance(observed, surface, nearest, field.geometry, sign_options);
+  SignedDistance distance = signedDistance(readSides(observed, field.geometry, options.threads), surface,
+                                           nearest, field.geometry, sign_options);
   sign_step.report(0.6);
   smoothUnknown(distance, observed.voxel_size, options.threads);
   if (options.support_mask)

@@ -43,14 +43,19 @@ class TileSampler {
     GridGeometry geometry = field_.geometry;
     geometry.dims = (core.begin + core.size + halo_).min(field_.geometry.dims) - begin;
     geometry.T_map_grid.translation() = field_.geometry.samplePosition(begin.cast<double>().matrix());
-    const ObservedGrid observed = observe(geometry);
-    const bool seen = std::any_of(observed.state.begin(), observed.state.end(),
-                                  [](Observation state) { return state != Observation::kUnknown; });
-    if (!seen) return;  // as the bricks are from the start
-    ObservedSurface surface = observedSurface(observed, kMinSurfacePiece, 1, true);
+    ObservedSurface surface;
+    std::vector<SideReading> sides;
+    {
+      const ObservedGrid observed = observe(geometry);
+      const bool seen = std::any_of(observed.state.begin(), observed.state.end(),
+                                    [](Observation state) { return state != Observation::kUnknown; });
+      if (!seen) return;  // as the bricks are from the start
+      surface = observedSurface(observed, kMinSurfacePiece, 1, true);
+      sides = readSides(observed, geometry, 1);
+    }
     toIndexCoordinates(surface, geometry);
     const Tiling::Box inner{core.begin - begin, core.size};
-    SignedDistance distance = measure(observed, surface, geometry, inner);
+    SignedDistance distance = measure(std::move(sides), surface, geometry, inner);
     const std::vector<std::uint8_t> loose = looseSamples(distance, geometry.voxel_size, 1);
     store(core, inner, distance, loose);
   }
@@ -71,36 +76,30 @@ class TileSampler {
     return observedGrid(volume_, low, high - low + 1, 1);
   }
 
-  SignedDistance measure(const ObservedGrid& observed, const ObservedSurface& surface,
+  SignedDistance measure(std::vector<SideReading> sides, const ObservedSurface& surface,
                          const GridGeometry& geometry, const Tiling::Box& inner) const {
     NearestSurface nearest;
     {
-      const std::vector<std::uint8_t> wanted = wantedSamples(observed, geometry, inner);
+      const std::vector<std::uint8_t> wanted = wantedSamples(sides, geometry.dims, inner);
       NearestSurfaceOptions options = nearest_;
       options.wanted = &wanted;
       nearest = nearestSurface(surface.mesh, geometry.dims, options);
     }
-    return signedDistance(observed, surface, nearest, geometry, sign_);
+    return signedDistance(std::move(sides), surface, nearest, geometry, sign_);
   }
 
   /// The core with what jumps of the sign look at, and all matter: where it lies too deep it is unknown.
-  static std::vector<std::uint8_t> wantedSamples(const ObservedGrid& observed, const GridGeometry& geometry,
+  static std::vector<std::uint8_t> wantedSamples(const std::vector<SideReading>& sides, const Dims& dims,
                                                  const Tiling::Box& inner) {
-    const ObservedSides sides(observed);
-    const double h = geometry.voxel_size;
-    const Eigen::Matrix3d R = geometry.T_map_grid.linear();
-    const Eigen::Vector3d first =
-        geometry.T_map_grid.translation() / h - observed.origin.cast<double>().matrix();
     const Dims low = inner.begin - kValueHalo, high = inner.begin + inner.size + kValueHalo;
-    std::vector<std::uint8_t> wanted(geometry.voxelCount());
+    std::vector<std::uint8_t> wanted(sides.size());
     std::size_t n = 0;
-    for (int k = 0; k < geometry.dims[2]; ++k) {
-      for (int j = 0; j < geometry.dims[1]; ++j) {
+    for (int k = 0; k < dims[2]; ++k) {
+      for (int j = 0; j < dims[1]; ++j) {
         const bool row_inside = k >= low[2] && k < high[2] && j >= low[1] && j < high[1];
-        for (int i = 0; i < geometry.dims[0]; ++i, ++n) {
-          wanted[n] = row_inside && i >= low[0] && i < high[0] ? 1 : 0;
-          if (wanted[n]) continue;
-          wanted[n] = sides.at(first + R * Eigen::Vector3d(i, j, k)).side == Side::kMatter ? 1 : 0;
+        for (int i = 0; i < dims[0]; ++i, ++n) {
+          const bool inside = row_inside && i >= low[0] && i < high[0];
+          wanted[n] = inside || sides[n].side == Side::kMatter ? 1 : 0;
         }
       }
     }

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
 #include <vigra/multi_array.hxx>
 #include <vigra/multi_distance.hxx>
 
@@ -21,107 +24,143 @@ constexpr float kUnknownSlack = 3.0F;
 /// Lower bound [voxel] of the distance to unknown space, on cells of two samples.
 class UnknownDistance {
  public:
-  UnknownDistance(const std::vector<Side>& sides, const Dims& dims) : dims_((dims + 1) / 2) {
+  UnknownDistance(const std::vector<SideReading>& sides, const Dims& dims) : dims_((dims + 1) / 2) {
     const vigra::Shape3 shape(dims_[0], dims_[1], dims_[2]);
     vigra::MultiArray<3, std::uint8_t> unknown(shape);
     std::size_t n = 0;
     for (int k = 0; k < dims[2]; ++k) {
       for (int j = 0; j < dims[1]; ++j) {
+        std::uint8_t* row = unknown.data() + rowOffset(j, k);
         for (int i = 0; i < dims[0]; ++i, ++n) {
-          if (sides[n] == Side::kUnknown) unknown(i / 2, j / 2, k / 2) = 1;
+          if (sides[n].side == Side::kUnknown) row[i / 2] = 1;
         }
       }
     }
     distance_.reshape(shape);
     vigra::separableMultiDistance(unknown, distance_, true);
   }
-  float at(int i, int j, int k) const { return 2.0F * distance_(i / 2, j / 2, k / 2) - 1.0F; }
+
+  /// Of one row of samples.
+  class Row {
+   public:
+    explicit Row(const float* cells) : cells_(cells) {}
+    float at(int i) const { return 2.0F * cells_[i / 2] - 1.0F; }
+
+   private:
+    const float* cells_;
+  };
+  Row row(int j, int k) const { return Row(distance_.data() + rowOffset(j, k)); }
 
  private:
+  std::ptrdiff_t rowOffset(int j, int k) const {
+    return static_cast<std::ptrdiff_t>(dims_[0]) * (j / 2 + static_cast<std::ptrdiff_t>(dims_[1]) * (k / 2));
+  }
+
   Dims dims_;
   vigra::MultiArray<3, float> distance_;
 };
 
+/// 1 for triangles on which a foot may lie at the border of the surface.
+std::vector<std::uint8_t> trianglesAtBorder(const ObservedSurface& surface) {
+  std::vector<std::uint8_t> at_border = surface.border_edges;
+  for (std::size_t n = 0; n < at_border.size(); ++n) {
+    const Eigen::Vector3i t = surface.mesh.triangles.col(static_cast<Eigen::Index>(n));
+    for (const int vertex : t) at_border[n] |= surface.border_vertex[static_cast<std::size_t>(vertex)];
+  }
+  return at_border;
+}
+
 class Signer {
  public:
-  Signer(const ObservedGrid& observed, const ObservedSurface& surface, const NearestSurface& nearest,
+  Signer(std::vector<SideReading> sides, const ObservedSurface& surface, const NearestSurface& nearest,
          const GridGeometry& geometry, const SignedDistanceOptions& options)
-      : sides_(observed), surface_(surface), nearest_(nearest), geometry_(geometry), options_(options) {
-    // Index of the sampled grid -> index of the observed grid.
-    const double h = geometry.voxel_size;
-    to_observed_ = Eigen::Translation3d(-observed.origin.cast<double>().matrix()) *
-                   Eigen::Translation3d(geometry.T_map_grid.translation() / h) * geometry.T_map_grid.linear();
-    side_.assign(geometry.voxelCount(), Side::kUnknown);
+      : sides_(std::move(sides)),
+        surface_(surface),
+        nearest_(nearest),
+        geometry_(geometry),
+        options_(options),
+        at_border_(trianglesAtBorder(surface)),
+        voxel_size_(static_cast<float>(geometry.voxel_size)),
+        support_(static_cast<float>(options.support_distance / geometry.voxel_size)),
+        reach_(static_cast<float>(options.clamp_positive / geometry.voxel_size)) {
+    if (sides_.size() == geometry.voxelCount()) return;
+    throw std::invalid_argument("signed distance: got sides of " + std::to_string(sides_.size()) +
+                                " samples, wanted " + std::to_string(geometry.voxelCount()));
   }
 
   SignedDistance run() {
     result_.values = DenseTensor(geometry_.dims);
-    result_.known.assign(side_.size(), 0);
-    result_.supported.assign(side_.size(), 0);
-    forEachSample([this](int i, int j, int k, std::size_t n) { decideSide({i, j, k}, n); });
-    const UnknownDistance unknown(side_, geometry_.dims);
-    forEachSample([this, &unknown](int i, int j, int k, std::size_t n) {
-      decideValue({i, j, k}, n, unknown.at(i, j, k));
+    result_.known.assign(sides_.size(), 0);
+    result_.supported.assign(sides_.size(), 0);
+    forEachRow([this](int j, int k, std::size_t begin) {
+      for (int i = 0; i < geometry_.dims[0]; ++i) decideSide(i, j, k, begin + static_cast<std::size_t>(i));
+    });
+    const UnknownDistance unknown(sides_, geometry_.dims);
+    forEachRow([this, &unknown](int j, int k, std::size_t begin) {
+      const UnknownDistance::Row row = unknown.row(j, k);
+      for (int i = 0; i < geometry_.dims[0]; ++i) {
+        const std::size_t n = begin + static_cast<std::size_t>(i);
+        if (nearest_.triangle[n] < 0) {
+          decideFar(n, row.at(i));
+        } else {
+          decideNear({i, j, k}, n, row.at(i));
+        }
+      }
     });
     return std::move(result_);
   }
 
  private:
   template <class Function>
-  void forEachSample(const Function& fn) {
+  void forEachRow(const Function& fn) {
     const Dims& dims = geometry_.dims;
     parallelFor(dims[2], options_.threads, [&](int k) {
-      std::size_t n = result_.values.offset(0, 0, k);
-      for (int j = 0; j < dims[1]; ++j) {
-        for (int i = 0; i < dims[0]; ++i, ++n) fn(i, j, k, n);
-      }
+      for (int j = 0; j < dims[1]; ++j) fn(j, k, result_.values.offset(0, j, k));
     });
   }
 
-  void decideSide(const Eigen::Array3i& voxel, std::size_t n) {
-    const Eigen::Vector3d index = voxel.cast<double>();
-    const ObservedSides::Reading reading = sides_.at(to_observed_ * index);
-    Side side = reading.side;
+  void decideSide(int i, int j, int k, std::size_t n) {
+    const SideReading reading = sides_[n];
+    if (reading.side == Side::kUnknown) return;
     const float distance = nearest_.distance[n];  // infinite without a triangle
-    if (side != Side::kUnknown && !reading.exact && distance < 1.0F) {
+    Side side = reading.side;
+    if (!reading.exact && distance < 1.0F) {
       // The nearest observed sample may lie on the other side of the surface.
-      side = viewSurface(surface_, nearest_.triangle[n], index.cast<float>()).along < 0.0F ? Side::kMatter
-                                                                                           : Side::kFree;
+      const Eigen::Vector3f index = Eigen::Array3i(i, j, k).cast<float>();
+      side = viewSurface(surface_, nearest_.triangle[n], index).along < 0.0F ? Side::kMatter : Side::kFree;
     }
     if (side == Side::kMatter && distance * geometry_.voxel_size > options_.credible_depth)
       side = Side::kUnknown;
-    side_[n] = side;
+    sides_[n].side = side;
   }
 
-  void decideValue(const Eigen::Array3i& voxel, std::size_t n, float unknown_distance) {
-    if (nearest_.triangle[n] < 0) {
-      decideFar(n, unknown_distance);
-      return;
-    }
-    const SurfaceView view = viewSurface(surface_, nearest_.triangle[n], voxel.cast<float>());
+  void decideNear(const Eigen::Array3i& voxel, std::size_t n, float unknown_distance) {
+    const Side side = sides_[n].side;
     const float distance = nearest_.distance[n];
-    const bool projects =
-        !view.at_border ||
-        view.sideways <= std::max(static_cast<float>(options_.support_distance / geometry_.voxel_size),
-                                  kSidewaysSlope * std::abs(view.along));
-    const bool certain = side_[n] == Side::kFree && unknown_distance >= distance - kUnknownSlack;
-    float value = distance;
-    if (side_[n] == Side::kMatter) value = -distance;
-    // Unknown: the surface's plane goes on beyond its border; over its inside, the side of that plane
-    // decides.
-    if (side_[n] == Side::kUnknown) value = view.at_border ? view.along : std::copysign(distance, view.along);
-    result_.values.data()[n] = clamped(value * static_cast<float>(geometry_.voxel_size));
-    result_.known[n] = side_[n] != Side::kUnknown ? 1 : 0;
+    const bool certain = side == Side::kFree && unknown_distance >= distance - kUnknownSlack;
+    const bool interior = at_border_[static_cast<std::size_t>(nearest_.triangle[n])] == 0;
+    float value = side == Side::kMatter ? -distance : distance;
+    bool projects = true;
+    if (side == Side::kUnknown || !(certain || interior)) {
+      const SurfaceView view = viewSurface(surface_, nearest_.triangle[n], voxel.cast<float>());
+      projects =
+          !view.at_border || view.sideways <= std::max(support_, kSidewaysSlope * std::abs(view.along));
+      // Unknown: the surface's plane goes on beyond its border; over its inside, the side of that plane
+      // decides.
+      if (side == Side::kUnknown) value = view.at_border ? view.along : std::copysign(distance, view.along);
+    }
+    result_.values.data()[n] = clamped(value * voxel_size_);
+    result_.known[n] = side != Side::kUnknown ? 1 : 0;
     result_.supported[n] = projects || certain ? 1 : 0;
   }
 
   /// No surface within the clamp: free space knows so much if unobserved space is not nearer, either; nothing
   /// is known of the rest.
   void decideFar(std::size_t n, float unknown_distance) {
+    const bool is_free = sides_[n].side == Side::kFree;
     result_.values.data()[n] = static_cast<float>(options_.clamp_positive);
-    result_.known[n] = side_[n] == Side::kFree ? 1 : 0;
-    const float reach = static_cast<float>(options_.clamp_positive / geometry_.voxel_size);
-    result_.supported[n] = side_[n] == Side::kFree && unknown_distance >= reach - kUnknownSlack ? 1 : 0;
+    result_.known[n] = is_free ? 1 : 0;
+    result_.supported[n] = is_free && unknown_distance >= reach_ - kUnknownSlack ? 1 : 0;
   }
 
   float clamped(float metres) const {
@@ -131,39 +170,17 @@ class Signer {
     return metres;
   }
 
-  ObservedSides sides_;
+  std::vector<SideReading> sides_;
   const ObservedSurface& surface_;
   const NearestSurface& nearest_;
   const GridGeometry& geometry_;
   const SignedDistanceOptions& options_;
-  Eigen::Affine3d to_observed_;
-  std::vector<Side> side_;
+  std::vector<std::uint8_t> at_border_;  // per triangle
+  float voxel_size_, support_, reach_;   // [m], [voxel], [voxel]
   SignedDistance result_;
 };
 
 }  // namespace
-
-Side ObservedSides::sideOf(std::size_t n) const {
-  switch (grid_.state[n]) {
-    case Observation::kFree:
-      return Side::kFree;
-    case Observation::kInterior:
-      return Side::kMatter;
-    case Observation::kBand:
-      return grid_.tsdf[n] < 0.0F ? Side::kMatter : Side::kFree;
-    case Observation::kUnknown:
-      break;
-  }
-  return Side::kUnknown;
-}
-
-ObservedSides::Reading ObservedSides::at(const Eigen::Vector3d& index) const {
-  const Eigen::Array3i nearest = (index.array() + 0.5).floor().cast<int>();
-  if ((nearest < 0).any() || (nearest >= grid_.dims).any()) return {};
-  const Side side = sideOf(grid_.offset(nearest[0], nearest[1], nearest[2]));
-  constexpr double kOnSample = 1e-4;
-  return {side, (index.array() - nearest.cast<double>()).abs().maxCoeff() < kOnSample};
-}
 
 SurfaceView viewSurface(const ObservedSurface& surface, std::int32_t triangle, const Eigen::Vector3f& index) {
   const Eigen::Vector3i t = surface.mesh.triangles.col(triangle);
@@ -191,10 +208,10 @@ SurfaceView viewSurface(const ObservedSurface& surface, std::int32_t triangle, c
   return view;
 }
 
-SignedDistance signedDistance(const ObservedGrid& observed, const ObservedSurface& surface,
+SignedDistance signedDistance(std::vector<SideReading> sides, const ObservedSurface& surface,
                               const NearestSurface& nearest, const GridGeometry& geometry,
                               const SignedDistanceOptions& options) {
-  return Signer(observed, surface, nearest, geometry, options).run();
+  return Signer(std::move(sides), surface, nearest, geometry, options).run();
 }
 
 SupportMask supportMask(const std::vector<std::uint8_t>& supported, const Dims& dims, int cell_voxels) {

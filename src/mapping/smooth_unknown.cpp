@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "hole_filling.h"
@@ -35,45 +36,61 @@ class JumpFinder {
     return axis == 0 ? 1 : (axis == 1 ? n0 : n0 * n1);
   }
 
-  template <class Function>
-  void forEachInner(const Function& fn) const {
-    parallelFor(std::max(0, dims_[2] - 2), threads_, [&](int slice) {
-      for (int j = 1; j + 1 < dims_[1]; ++j) {
-        std::size_t n = field_.values.offset(1, j, slice + 1);
-        for (int i = 1; i + 1 < dims_[0]; ++i, ++n) fn(n);
-      }
-    });
-  }
-
   bool mayGiveWay(std::size_t n) const {
     return !field_.known[n] && std::abs(field_.values.data()[n]) > kNearSurface * voxel_size_;
   }
 
-  void loosenJumps() {
-    std::vector<std::uint8_t> front(loose_.size(), 0);
+  template <class Function>
+  void forEachNeighbour(std::size_t n, const Function& fn) const {
+    for (int axis = 0; axis < 3; ++axis) fn(n - stride(axis)), fn(n + stride(axis));
+  }
+
+  /// Samples next to a jump, but for the grid's outermost.
+  std::vector<std::size_t> findJumps() const {
     const float* values = field_.values.data();
-    forEachInner([&](std::size_t n) {
-      if (!mayGiveWay(n)) return;
-      for (int axis = 0; axis < 3; ++axis) {
-        for (const std::size_t m : {n - stride(axis), n + stride(axis)}) {
-          if (std::abs(values[n] - values[m]) > kJump * voxel_size_) front[n] = 1;
+    std::vector<std::vector<std::size_t>> found(static_cast<std::size_t>(std::max(0, dims_[2] - 2)));
+    parallelFor(static_cast<int>(found.size()), threads_, [&](int slice) {
+      for (int j = 1; j + 1 < dims_[1]; ++j) {
+        std::size_t n = field_.values.offset(1, j, slice + 1);
+        for (int i = 1; i + 1 < dims_[0]; ++i, ++n) {
+          if (!mayGiveWay(n)) continue;
+          float largest = 0.0F;
+          forEachNeighbour(
+              n, [&](std::size_t m) { largest = std::max(largest, std::abs(values[n] - values[m])); });
+          if (largest > kJump * voxel_size_) found[static_cast<std::size_t>(slice)].push_back(n);
         }
       }
     });
+    std::vector<std::size_t> jumps;
+    for (const auto& slice : found) jumps.insert(jumps.end(), slice.begin(), slice.end());
+    return jumps;
+  }
+
+  bool isInner(std::size_t n) const {
+    const auto n0 = static_cast<std::size_t>(dims_[0]), n1 = static_cast<std::size_t>(dims_[1]);
+    const auto between = [](std::size_t index, int size) {
+      return index > 0 && index + 1 < static_cast<std::size_t>(size);
+    };
+    return between(n % n0, dims_[0]) && between(n / n0 % n1, dims_[1]) && between(n / n0 / n1, dims_[2]);
+  }
+
+  void loosenJumps() {
+    std::vector<std::size_t> front = findJumps();
+    const auto loosen = [this](std::size_t n) { loose_[n] = 1, field_.supported[n] = 0; };
+    std::vector<std::uint8_t> reached(front.empty() ? 0 : loose_.size(), 0);
+    for (const std::size_t n : front) reached[n] = 1, loosen(n);
     for (int step = 1; step < kJumpReach; ++step) {
-      const std::vector<std::uint8_t> before = front;
-      forEachInner([&](std::size_t n) {
-        if (before[n] || !mayGiveWay(n)) return;
-        for (int axis = 0; axis < 3; ++axis) {
-          if (before[n - stride(axis)] || before[n + stride(axis)]) front[n] = 1;
-        }
-      });
+      std::vector<std::size_t> next;
+      for (const std::size_t n : front) {
+        forEachNeighbour(n, [&](std::size_t m) {
+          if (reached[m] || !mayGiveWay(m) || !isInner(m)) return;
+          reached[m] = 1;
+          next.push_back(m);
+          loosen(m);
+        });
+      }
+      front = std::move(next);
     }
-    forEachInner([&](std::size_t n) {
-      if (!front[n]) return;
-      loose_[n] = 1;
-      field_.supported[n] = 0;
-    });
   }
 
   SignedDistance& field_;

@@ -8,30 +8,11 @@
 #include "ttsdf_localization/field/grid_geometry.h"
 #include "ttsdf_localization/field/support_mask.h"
 #include "ttsdf_localization/mapping/nearest_surface.h"
-#include "ttsdf_localization/mapping/observed_grid.h"
+#include "ttsdf_localization/mapping/observed_sides.h"
 #include "ttsdf_localization/mapping/observed_surface.h"
 #include "ttsdf_localization/tensor/dense_tensor.h"
 
 namespace ttsdf {
-
-/// What rays said about one place of the map.
-enum class Side : std::uint8_t { kUnknown, kFree, kMatter };
-
-/// Reads an ObservedGrid between its samples.
-class ObservedSides {
- public:
-  struct Reading {
-    Side side = Side::kUnknown;  ///< of the nearest sample
-    bool exact = false;          ///< of the sample itself: right even next to the surface
-  };
-  explicit ObservedSides(const ObservedGrid& grid) : grid_(grid) {}
-  /// `index`: continuous index of the observed grid; unknown outside it.
-  Reading at(const Eigen::Vector3d& index) const;
-
- private:
-  Side sideOf(std::size_t n) const;
-  const ObservedGrid& grid_;
-};
 
 /// The surface as one sample sees it.
 struct SurfaceView {
@@ -57,10 +38,10 @@ struct SignedDistance {
   std::vector<std::uint8_t> supported;  ///< the value means something
 };
 
-/// Sign and support of every sample. `surface` in index coordinates of `geometry`. Samples without a triangle
+/// Sign and support of every sample, of which `sides` are known. `surface` in index coordinates of `geometry`. Samples without a triangle
 /// (NearestSurfaceOptions::none_beyond) need both clamps: they are free space at the positive one, or
 /// unknown.
-SignedDistance signedDistance(const ObservedGrid& observed, const ObservedSurface& surface,
+SignedDistance signedDistance(std::vector<SideReading> sides, const ObservedSurface& surface,
                               const NearestSurface& nearest, const GridGeometry& geometry,
                               const SignedDistanceOptions& options);
 
