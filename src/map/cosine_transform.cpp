@@ -1,8 +1,11 @@
 #include "cosine_transform.h"
 
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "../tensor/gemm.h"
+#include "../tensor/slab_parts.h"
 
 namespace ttsdf {
 
@@ -20,20 +23,45 @@ Eigen::MatrixXf cosineMatrix(int n) {
   return C;
 }
 
-Eigen::MatrixXf rowsToFrequencies(const Eigen::MatrixXf& matrix) {
-  const int n = static_cast<int>(matrix.cols());
-  if (n > kMaxTransformLength) return matrix;
-  Eigen::MatrixXf result(matrix.rows(), n);
-  gemm(matrix, cosineMatrix(n).transpose(), result);
+namespace {
+
+/// matrix times `factor` by several threads; matrix itself if there is no factor.
+Eigen::MatrixXf product(const Eigen::MatrixXf& matrix, const Eigen::MatrixXf& factor, int threads) {
+  if (factor.size() == 0) return matrix;
+  if (matrix.cols() != factor.rows()) {
+    throw std::invalid_argument("cosine transform: got rows of " + std::to_string(matrix.cols()) +
+                                ", wanted " + std::to_string(factor.rows()));
+  }
+  Eigen::MatrixXf result(matrix.rows(), factor.cols());
+  overParts(static_cast<int>(matrix.rows()), threads > 1 ? kSlabParts : 1, threads,
+            [&](int, int begin, int end) {
+              gemm(matrix.middleRows(begin, end - begin), factor, result.middleRows(begin, end - begin));
+            });
   return result;
 }
 
+}  // namespace
+
+CosineTransform::CosineTransform(int n) {
+  if (n > kMaxTransformLength) return;
+  from_ = cosineMatrix(n);
+  to_ = from_.transpose();
+}
+
+Eigen::MatrixXf CosineTransform::toFrequencies(const Eigen::MatrixXf& matrix, int threads) const {
+  return product(matrix, to_, threads);
+}
+
+Eigen::MatrixXf CosineTransform::fromFrequencies(const Eigen::MatrixXf& matrix, int threads) const {
+  return product(matrix, from_, threads);
+}
+
+Eigen::MatrixXf rowsToFrequencies(const Eigen::MatrixXf& matrix) {
+  return CosineTransform(static_cast<int>(matrix.cols())).toFrequencies(matrix, 1);
+}
+
 Eigen::MatrixXf rowsFromFrequencies(const Eigen::MatrixXf& matrix) {
-  const int n = static_cast<int>(matrix.cols());
-  if (n > kMaxTransformLength) return matrix;
-  Eigen::MatrixXf result(matrix.rows(), n);
-  gemm(matrix, cosineMatrix(n), result);
-  return result;
+  return CosineTransform(static_cast<int>(matrix.cols())).fromFrequencies(matrix, 1);
 }
 
 }  // namespace ttsdf

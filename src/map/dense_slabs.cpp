@@ -20,11 +20,11 @@ WeightedSlabSource denseSlabs(const DenseTensor& tensor, const std::vector<float
   std::array<Index, 3> stride{};
   for (std::size_t mode = 0; mode < 3; ++mode)
     stride[mode] = of_axis[static_cast<std::size_t>(train.axes()[mode])];
-  return [&tensor, &weights, stride](int j, Eigen::Ref<Eigen::MatrixXf> values,
+  return [&tensor, &weights, stride](int j, int begin, Eigen::Ref<Eigen::MatrixXf> values,
                                      Eigen::Ref<Eigen::MatrixXf> slab_weights) {
     using Strides = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
     using Strided = Eigen::Map<const Eigen::MatrixXf, 0, Strides>;
-    const Index offset = j * stride[1];
+    const Index offset = j * stride[1] + begin * stride[2];
     const Strides strides(stride[2], stride[0]);
     values = Strided(tensor.data() + offset, values.rows(), values.cols(), strides);
     slab_weights = Strided(weights.data() + offset, values.rows(), values.cols(), strides);

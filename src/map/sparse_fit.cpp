@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "../tensor/gemm.h"
-#include "cosine_transform.h"
+#include "../tensor/slab_parts.h"
 #include "dense_slabs.h"
 #include "sparse_fitter.h"
 
@@ -19,13 +19,11 @@ using Eigen::MatrixXf;
 /// One thread's working memory.
 struct Buffers {
   explicit Buffers(const TrainGauge& g)
-      : values(g.U.rows(), g.V.rows()),
-        weights(g.U.rows(), g.V.rows()),
-        slab(g.U.rows(), g.V.rows()),
-        half(g.U.rows(), g.V.cols()),
+      : half(g.U.rows(), g.V.cols()),
+        share(g.U.rows(), g.V.cols()),
         back(g.U.rows(), g.V.cols()),
         slice(g.U.cols(), g.V.cols()) {}
-  MatrixXf values, weights, slab, half, back, slice;
+  MatrixXf values, weights, slab, half, share, back, slice;
 };
 
 void shrink(MatrixXf& coefficients, const MatrixXf& factors, float threshold) {
@@ -50,10 +48,13 @@ void checkOptions(const SparseFitOptions& options) {
 }  // namespace
 
 SparseFitter::SparseFitter(const WeightedSlabSource& source, const TensorTrain& start, int threads)
-    : source_(source), gauge_(principalGauge(orthonormalGauge(start))), threads_(threads) {
+    : source_(source),
+      gauge_(principalGauge(orthonormalGauge(start))),
+      cosines_(start.modeSizes()[1]),
+      threads_(threads) {
   Ut_ = gauge_.U.transpose();
   Vt_ = gauge_.V.transpose();
-  coefficients_ = rowsToFrequencies(gauge_.M);
+  coefficients_ = cosines_.toFrequencies(gauge_.M, threads_);
   gauge_.M.resize(0, 0);
 }
 
@@ -66,10 +67,17 @@ MatrixXf SparseFitter::project(const MatrixXf& slices) const {
     for (int j = worker; j < static_cast<int>(slices.cols()); j += threads_) {
       gemm(gauge_.U, Eigen::Map<const MatrixXf>(slices.col(j).data(), gauge_.rank1(), gauge_.rank2()),
            b.half);
-      gemm(b.half, Vt_, b.slab);
-      source_(j, b.values, b.weights);
-      b.slab = b.weights.cwiseProduct(b.values - b.slab);
-      gemm(b.slab, gauge_.V, b.back);
+      b.back.setZero();
+      overColumns(static_cast<int>(gauge_.V.rows()), [&](int begin, int size) {
+        b.values.resize(gauge_.U.rows(), size);
+        b.weights.resize(gauge_.U.rows(), size);
+        b.slab.resize(gauge_.U.rows(), size);
+        gemm(b.half, Vt_.middleCols(begin, size), b.slab);
+        source_(j, begin, b.values, b.weights);
+        b.slab = b.weights.cwiseProduct(b.values - b.slab);
+        gemm(b.slab, gauge_.V.middleRows(begin, size), b.share);
+        b.back += b.share;
+      });
       gemm(Ut_, b.back, b.slice);
       projected.col(j) = Eigen::Map<const Eigen::VectorXf>(b.slice.data(), b.slice.size());
     }
@@ -86,7 +94,8 @@ bool SparseFitter::run(double threshold, int iterations, const std::function<boo
   double momentum = 1.0;
   for (int n = 0; n < iterations; ++n) {
     // The bases are orthonormal and the weights at most 1, so a gradient step of length 1 never overshoots.
-    MatrixXf next = ahead + rowsToFrequencies(project(rowsFromFrequencies(ahead)));
+    MatrixXf next =
+        ahead + cosines_.toFrequencies(project(cosines_.fromFrequencies(ahead, threads_)), threads_);
     shrink(next, factors_, static_cast<float>(threshold));
     const bool uphill = (ahead - next).cwiseProduct(next - coefficients_).sum() > 0.0f;
     const double next_momentum = uphill ? 1.0 : 0.5 * (1.0 + std::sqrt(1.0 + 4.0 * momentum * momentum));
@@ -108,7 +117,7 @@ void SparseFitter::reweight(double threshold) {
 }
 
 TensorTrain SparseFitter::train() const {
-  const MatrixXf slices = rowsFromFrequencies(coefficients_);
+  const MatrixXf slices = cosines_.fromFrequencies(coefficients_, threads_);
   const Index columns = static_cast<Index>(gauge_.rank2()) * slices.cols();
   return TensorTrain(gauge_.axes, gauge_.U,
                      Eigen::Map<const MatrixXf>(slices.data(), gauge_.rank1(), columns), Vt_);

@@ -2,6 +2,7 @@
 // The solver behind fitSparse and compactMap: it keeps its state, so that a search for the right threshold
 // goes on from the solution of the last one.
 
+#include "cosine_transform.h"
 #include "train_gauge.h"
 #include "ttsdf_localization/map/sparse_fit.h"
 
@@ -27,6 +28,7 @@ class SparseFitter {
 
   const WeightedSlabSource& source_;
   TrainGauge gauge_;  // M is not used
+  CosineTransform cosines_;
   Eigen::MatrixXf Ut_, Vt_;
   Eigen::MatrixXf coefficients_;  // (r1 r2) x n2, by frequency
   Eigen::MatrixXf factors_;       // of the threshold, per coefficient; empty: 1

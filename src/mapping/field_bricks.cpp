@@ -181,32 +181,34 @@ void FieldBricks::fillBrick(const Dims& brick) {
   std::copy(codes.begin(), codes.end(), samples.get());
 }
 
-void FieldBricks::readSlab(int axis, int index, int rows, int columns, float* values,
-                           std::uint8_t* known) const {
+void FieldBricks::readSlab(const Slab& slab, float* values, std::uint8_t* known) const {
   constexpr std::array<int, 3> kStride{1, kSide, kSide * kSide};
   const auto stride = [&](int a) { return kStride[static_cast<std::size_t>(a)]; };
-  const int n_rows = dims_[rows], n_columns = dims_[columns];
-  const int row_stride = stride(rows), column_stride = stride(columns);
+  const int n_rows = dims_[slab.rows], end = slab.begin + slab.size;
+  const int row_stride = stride(slab.rows), column_stride = stride(slab.columns);
   Dims brick = Dims::Zero();
-  brick[axis] = index / kSide;
-  for (brick[columns] = 0; brick[columns] < bricks_[columns]; ++brick[columns]) {
-    const int c0 = brick[columns] * kSide, c_count = std::min(kSide, n_columns - c0);
-    for (brick[rows] = 0; brick[rows] < bricks_[rows]; ++brick[rows]) {
-      const int r0 = brick[rows] * kSide, r_count = std::min(kSide, n_rows - r0);
+  brick[slab.axis] = slab.index / kSide;
+  for (int c0 = slab.begin; c0 < end; c0 += kSide) {
+    const int c_count = std::min(kSide, end - c0);
+    brick[slab.columns] = c0 / kSide;
+    for (int r0 = 0; r0 < n_rows; r0 += kSide) {
+      const int r_count = std::min(kSide, n_rows - r0);
+      brick[slab.rows] = r0 / kSide;
       const std::size_t number = brickOffset(brick);
       const std::uint16_t* samples = samples_[number].get();
       const float constant = decode(constant_[number]);
       const auto constant_known = static_cast<std::uint8_t>(constant_[number] & 1U);
       for (int c = 0; c < c_count; ++c) {
-        const std::size_t n = static_cast<std::size_t>(c0 + c) * static_cast<std::size_t>(n_rows) +
-                              static_cast<std::size_t>(r0);
+        const std::size_t n =
+            static_cast<std::size_t>(c0 - slab.begin + c) * static_cast<std::size_t>(n_rows) +
+            static_cast<std::size_t>(r0);
         if (!samples) {
           std::fill_n(values + n, r_count, constant);
           if (known) std::fill_n(known + n, r_count, constant_known);
           continue;
         }
-        const std::uint16_t* source = samples + (index % kSide) * stride(axis) + c * column_stride;
-        if (rows == 0 && r_count == kSide) {
+        const std::uint16_t* source = samples + (slab.index % kSide) * stride(slab.axis) + c * column_stride;
+        if (slab.rows == 0 && r_count == kSide) {
           decodeRow(source, low_, step_, values + n, known ? known + n : nullptr);
           continue;
         }

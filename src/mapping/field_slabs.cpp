@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <sstream>
 #include <stdexcept>
 
 #include "../tensor/gemm.h"
+#include "../tensor/slab_parts.h"
 #include "../tensor/vectorize.h"
 #include "parallel.h"
 #include "ttsdf_localization/mapping/field_bricks.h"
@@ -54,10 +56,12 @@ FieldSlabs::FieldSlabs(const SampledField& field, const BuildOptions& options)
   checkSizes(field);
 }
 
-void FieldSlabs::read(int j, float* values, Flags* known) const {
-  if (known) known->resize(static_cast<std::size_t>(size(0)) * static_cast<std::size_t>(size(2)));
+void FieldSlabs::read(int j, int begin, Eigen::Ref<MatrixXf> values, Flags* known) const {
+  const Index columns = values.cols();
+  if (known) known->resize(static_cast<std::size_t>(values.size()));
   if (field_.bricks) {
-    field_.bricks->readSlab(mode(1), j, mode(0), mode(2), values, known ? known->data() : nullptr);
+    const FieldBricks::Slab slab{mode(1), j, mode(0), mode(2), begin, static_cast<int>(columns)};
+    field_.bricks->readSlab(slab, values.data(), known ? known->data() : nullptr);
     return;
   }
   const Dims& dims = field_.geometry.dims;
@@ -66,29 +70,29 @@ void FieldSlabs::read(int j, float* values, Flags* known) const {
   };
   using Strides = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
   const Strides strides(stride(mode(2)), stride(mode(0)));
-  const Index begin = j * stride(mode(1));
-  Eigen::Map<MatrixXf>(values, size(0), size(2)) =
-      Eigen::Map<const MatrixXf, 0, Strides>(field_.values.data() + begin, size(0), size(2), strides);
+  const Index first = j * stride(mode(1)) + begin * stride(mode(2));
+  values = Eigen::Map<const MatrixXf, 0, Strides>(field_.values.data() + first, size(0), columns, strides);
   if (!known) return;
   using Bytes = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic>;
-  Eigen::Map<Bytes>(known->data(), size(0), size(2)) =
-      Eigen::Map<const Bytes, 0, Strides>(field_.known.data() + begin, size(0), size(2), strides);
+  Eigen::Map<Bytes>(known->data(), size(0), columns) =
+      Eigen::Map<const Bytes, 0, Strides>(field_.known.data() + first, size(0), columns, strides);
 }
 
 SlabSource FieldSlabs::values() const {
-  return [this](int j, Eigen::Ref<MatrixXf> slab) { read(j, slab.data(), nullptr); };
+  return [this](int j, Eigen::Ref<MatrixXf> slab) { read(j, 0, slab, nullptr); };
 }
 
 WeightedSlabSource FieldSlabs::weighted() const {
   if (field_.bricks) {
-    return [this](int j, Eigen::Ref<MatrixXf> slab, Eigen::Ref<MatrixXf> weights) {
-      readWeighted(j, slab, weights);
+    return [this](int j, int begin, Eigen::Ref<MatrixXf> values, Eigen::Ref<MatrixXf> weights) {
+      readWeighted(j, begin, values, weights);
     };
   }
   const Cache& all = cache();
-  return [&all, n3 = Index{size(2)}](int j, Eigen::Ref<MatrixXf> slab, Eigen::Ref<MatrixXf> weights) {
-    slab = all.values.middleCols(j * n3, n3);
-    weights = all.weights.middleCols(j * n3, n3);
+  return [&all, n3 = Index{size(2)}](int j, int begin, Eigen::Ref<MatrixXf> values,
+                                     Eigen::Ref<MatrixXf> weights) {
+    values = all.values.middleCols(j * n3 + begin, values.cols());
+    weights = all.weights.middleCols(j * n3 + begin, values.cols());
   };
 }
 
@@ -99,28 +103,29 @@ const FieldSlabs::Cache& FieldSlabs::cache() const {
     all->values.resize(size(0), size(1) * n3);
     all->weights.resize(size(0), size(1) * n3);
     parallelFor(size(1), threads_, [&](int j) {
-      readWeighted(j, all->values.middleCols(j * n3, n3), all->weights.middleCols(j * n3, n3));
+      readWeighted(j, 0, all->values.middleCols(j * n3, n3), all->weights.middleCols(j * n3, n3));
     });
     cache_ = std::move(all);
   }
   return *cache_;
 }
 
-void FieldSlabs::readWeighted(int j, Eigen::Ref<MatrixXf> values, Eigen::Ref<MatrixXf> weights) const {
+void FieldSlabs::readWeighted(int j, int begin, Eigen::Ref<MatrixXf> values,
+                              Eigen::Ref<MatrixXf> weights) const {
   static thread_local Flags known;
-  read(j, values.data(), &known);
-  weigh(j, values, known, weights);
+  read(j, begin, values, &known);
+  weigh(j, begin, values, known, weights);
 }
 
-void FieldSlabs::weigh(int j, const Eigen::Ref<const MatrixXf>& values, const Flags& known,
+void FieldSlabs::weigh(int j, int begin, const Eigen::Ref<const MatrixXf>& values, const Flags& known,
                        Eigen::Ref<MatrixXf> weights) const {
   const SupportMask& mask = field_.mask;
   Flags supported(static_cast<std::size_t>(size(0)), 1);
-  for (int c = 0; c < size(2); ++c) {
-    if (!mask.empty() && c % mask.cellVoxels() == 0) {
+  for (int c = 0; c < static_cast<int>(values.cols()); ++c) {
+    if (!mask.empty() && (c == 0 || (begin + c) % mask.cellVoxels() == 0)) {
       Dims cell = Dims::Zero();
       cell[mode(1)] = j / mask.cellVoxels();
-      cell[mode(2)] = c / mask.cellVoxels();
+      cell[mode(2)] = (begin + c) / mask.cellVoxels();
       for (int r = 0; r < size(0); r += mask.cellVoxels()) {
         cell[mode(0)] = r / mask.cellVoxels();
         std::fill_n(supported.begin() + r, std::min(mask.cellVoxels(), size(0) - r),
@@ -142,19 +147,23 @@ FieldError FieldSlabs::compare(const TensorTrain& train) const {
   std::vector<Sums> sums(static_cast<std::size_t>(size(1)));
   parallelFor(size(1), threads_, [&](int j) {
     static thread_local Flags known;
-    MatrixXf values(size(0), size(2)), approximation(size(0), size(2)), half(size(0), train.rank2());
-    read(j, values.data(), &known);
+    MatrixXf values, approximation, half(size(0), train.rank2());
     gemm(train.first(), train.slice(j), half);
-    gemm(half, train.last(), approximation);
     Sums& s = sums[static_cast<std::size_t>(j)];
-    for (Index n = 0; n < values.size(); ++n) {
-      const double value = values.data()[n], d = value - static_cast<double>(approximation.data()[n]);
-      s.squares += value * value;
-      s.error += d * d;
-      if (std::abs(values.data()[n]) > kNear || !known[static_cast<std::size_t>(n)]) continue;
-      s.near_error += d * d;
-      ++s.near_count;
-    }
+    overColumns(size(2), [&](int begin, int columns) {
+      values.resize(size(0), columns);
+      approximation.resize(size(0), columns);
+      read(j, begin, values, &known);
+      gemm(half, train.last().middleCols(begin, columns), approximation);
+      for (Index n = 0; n < values.size(); ++n) {
+        const double value = values.data()[n], d = value - static_cast<double>(approximation.data()[n]);
+        s.squares += value * value;
+        s.error += d * d;
+        if (std::abs(values.data()[n]) > kNear || !known[static_cast<std::size_t>(n)]) continue;
+        s.near_error += d * d;
+        ++s.near_count;
+      }
+    });
   });
   Sums total;
   for (const Sums& s : sums) {
@@ -172,13 +181,16 @@ FieldError FieldSlabs::compare(const TensorTrain& train) const {
 }
 
 double FieldSlabs::knownShare() const {
-  std::size_t count = 0;
-  std::vector<float> values(static_cast<std::size_t>(size(0)) * static_cast<std::size_t>(size(2)));
-  Flags known;
-  for (int j = 0; j < size(1); ++j) {
-    read(j, values.data(), &known);
-    count += static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{1}));
-  }
+  std::vector<std::size_t> counts(static_cast<std::size_t>(size(1)));
+  parallelFor(size(1), threads_, [&](int j) {
+    static thread_local Flags known;
+    static thread_local MatrixXf values;
+    values.resize(size(0), size(2));
+    read(j, 0, values, &known);
+    counts[static_cast<std::size_t>(j)] =
+        static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{1}));
+  });
+  const auto count = std::accumulate(counts.begin(), counts.end(), std::size_t{0});
   return static_cast<double>(count) / static_cast<double>(field_.geometry.voxelCount());
 }
 

@@ -43,12 +43,13 @@ class FieldSlabs {
   };
 
   const Cache& cache() const;
-  void readWeighted(int j, Eigen::Ref<Eigen::MatrixXf> values, Eigen::Ref<Eigen::MatrixXf> weights) const;
+  void readWeighted(int j, int begin, Eigen::Ref<Eigen::MatrixXf> values,
+                    Eigen::Ref<Eigen::MatrixXf> weights) const;
   int mode(int n) const { return axes_[static_cast<std::size_t>(n)]; }
   int size(int n) const { return field_.geometry.dims[mode(n)]; }
-  /// Values of middle index j, n1 x n3 column-major; `known`, if given, likewise.
-  void read(int j, float* values, Flags* known) const;
-  void weigh(int j, const Eigen::Ref<const Eigen::MatrixXf>& values, const Flags& known,
+  /// Values of middle index j from column `begin` on, column-major; `known`, if given, likewise.
+  void read(int j, int begin, Eigen::Ref<Eigen::MatrixXf> values, Flags* known) const;
+  void weigh(int j, int begin, const Eigen::Ref<const Eigen::MatrixXf>& values, const Flags& known,
              Eigen::Ref<Eigen::MatrixXf> weights) const;
 
   const SampledField& field_;

@@ -21,8 +21,9 @@ constexpr int kMaxSteps = 6;               // of a descent or of jumps; two are 
 constexpr int kMaxPasses = 64;             // of exchange between neighbours; ten are the rule
 constexpr float kNoNearer = 1.0F - 1e-6F;  // of a squared distance: rounding
 constexpr float kSame = 2e-5F;             // distances that differ by so much [voxel] differ by rounding
-constexpr float kSamePlane = 1e-3F;        // [voxel]
-constexpr float kOnEdge = 1e-4F;           // a weight as small as this may be one of zero
+constexpr auto kNoCube = std::numeric_limits<std::size_t>::max();
+constexpr float kSamePlane = 1e-3F;  // [voxel]
+constexpr float kOnEdge = 1e-4F;     // a weight as small as this may be one of zero
 
 class Search {
  public:
@@ -50,6 +51,13 @@ class Search {
     std::int32_t triangle = -1;
     float squared = std::numeric_limits<float>::max();
     TriangleFoot foot{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};
+    /// The last cubes whose triangles were tried: they have nothing to add.
+    std::array<std::size_t, 3> tried{kNoCube, kNoCube, kNoCube};
+    unsigned tries = 0;
+
+    void take(std::int32_t number, float new_squared, const TriangleFoot& new_foot) {
+      triangle = number, squared = new_squared, foot = new_foot;
+    }
   };
 
   static std::vector<BinnedTriangle> unpack(const SurfaceMesh& mesh) {
@@ -109,6 +117,8 @@ class Search {
   }
 
   void tryCube(const Eigen::Vector3f& p, std::size_t cube, Best& best) const {
+    if (std::find(best.tried.begin(), best.tried.end(), cube) != best.tried.end()) return;
+    best.tried[best.tries++ % best.tried.size()] = cube;
     // Most feet lie inside a triangle, and the plane distances then rule out the others.
     for (const auto* t = bins_.begin(cube); t != bins_.end(cube); ++t) {
       if (tryInside(p, *t, best)) break;
@@ -123,7 +133,7 @@ class Search {
     if (!(b > 0.0F && c > 0.0F && a > 0.0F)) return false;
     const float along = t.normal.dot(d);
     if (!(along * along < best.squared)) return false;
-    best = {number, along * along, {p - along * t.normal, {a, b, c}}};
+    best.take(number, along * along, {p - along * t.normal, {a, b, c}});
     return true;
   }
 
@@ -157,7 +167,7 @@ class Search {
     const TriangleFoot foot =
         closestPoint(p, t.a, mesh_.vertices.col(corners[1]), mesh_.vertices.col(corners[2]));
     const float squared = (p - foot.point).squaredNorm();
-    if (squared < best.squared) best = {number, squared, foot};
+    if (squared < best.squared) best.take(number, squared, foot);
   }
 
   const Offsets& offsetAt(const Eigen::Array3i& v) const {

@@ -53,7 +53,8 @@ SurfaceMesh extractSurface(const SampledField& field) {
   if (!field.bricks) return zeroLevel(field.values, field.mask, field.geometry);
   DenseTensor values(field.geometry.dims);
   for (int k = 0; k < values.dims()[2]; ++k)
-    field.bricks->readSlab(2, k, 0, 1, values.data() + values.offset(0, 0, k), nullptr);
+    field.bricks->readSlab({2, k, 0, 1, 0, values.dims()[1]}, values.data() + values.offset(0, 0, k),
+                           nullptr);
   return zeroLevel(values, field.mask, field.geometry);
 }
 

@@ -12,9 +12,9 @@ namespace {
 constexpr int kRows = 32;  // register tile: kRows x kCols accumulators
 constexpr int kCols = 4;
 
-/// tile (kRows x kCols) = packed A panel (depth x kRows, row-fastest) times kCols columns of B.
+/// kCols columns of kRows = packed A panel (depth x kRows, row-fastest) times kCols columns of B.
 TTSDF_VECTORIZE void multiplyTile(const float* __restrict a, const float* const b[kCols], int depth,
-                                  float* __restrict tile) {
+                                  float* const result[kCols]) {
   float acc[kCols][kRows] = {};
   for (int k = 0; k < depth; ++k) {
     for (int c = 0; c < kCols; ++c) {
@@ -23,7 +23,8 @@ TTSDF_VECTORIZE void multiplyTile(const float* __restrict a, const float* const 
     }
   }
   for (int c = 0; c < kCols; ++c) {
-    for (int r = 0; r < kRows; ++r) tile[c * kRows + r] = acc[c][r];
+    float* __restrict const column = result[c];
+    for (int r = 0; r < kRows; ++r) column[r] = acc[c][r];
   }
 }
 
@@ -41,17 +42,25 @@ void gemm(const Eigen::Ref<const Eigen::MatrixXf>& A, const Eigen::Ref<const Eig
     for (int k = 0; k < depth; ++k) {
       const float* const source = A.data() + k * A.outerStride() + row;
       float* const target = &panel[static_cast<std::size_t>(k) * kRows];
-      std::copy(source, source + rows, target);
+      if (rows == kRows) {
+        std::copy_n(source, kRows, target);
+        continue;
+      }
+      std::copy_n(source, rows, target);
       std::fill(target + rows, target + kRows, 0.0f);
     }
     for (int column = 0; column < n; column += kCols) {
       const int columns = std::min(kCols, n - column);
+      const bool whole = rows == kRows && columns == kCols;
       const float* b[kCols];
-      for (int c = 0; c < kCols; ++c) b[c] = B.data() + (column + std::min(c, columns - 1)) * B.outerStride();
-      multiplyTile(panel.data(), b, depth, tile);
-      for (int c = 0; c < columns; ++c) {
-        std::copy(tile + c * kRows, tile + c * kRows + rows, C.data() + (column + c) * C.outerStride() + row);
+      float* result[kCols];
+      for (int c = 0; c < kCols; ++c) {
+        b[c] = B.data() + (column + std::min(c, columns - 1)) * B.outerStride();
+        result[c] = whole ? C.data() + (column + c) * C.outerStride() + row : tile + c * kRows;
       }
+      multiplyTile(panel.data(), b, depth, result);
+      for (int c = 0; !whole && c < columns; ++c)
+        std::copy_n(tile + c * kRows, rows, C.data() + (column + c) * C.outerStride() + row);
     }
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 // Work on the slabs of an array by several threads, with results that do not depend on how many there are.
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
@@ -41,6 +42,15 @@ void overParts(int count, int parts, int threads, const Work& work) {
   run();
   for (auto& helper : helpers) helper.join();
   if (failure) std::rethrow_exception(failure);
+}
+
+/// Columns of a slab that are worked on at a time: they stay in the second-level cache.
+constexpr int kSlabColumns = 64;
+
+/// fn(begin, size) for the columns [0, count) in portions of kSlabColumns.
+template <class Function>
+void overColumns(int count, const Function& fn) {
+  for (int begin = 0; begin < count; begin += kSlabColumns) fn(begin, std::min(kSlabColumns, count - begin));
 }
 
 }  // namespace ttsdf

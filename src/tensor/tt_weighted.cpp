@@ -85,18 +85,22 @@ struct Buffers {
   MatrixXf values, weights, half, slab;
 };
 
-/// Slab j completed by the train: the samples where the weights say so, the train elsewhere.
-const MatrixXf& complete(const WeightedSlabSource& source, const Gauge& g, const MatrixXf& Vt, int j,
-                         Buffers& b) {
-  b.values.resize(g.U.rows(), g.V.rows());
-  b.weights.resize(g.U.rows(), g.V.rows());
+/// fn(begin, columns) for the columns of slab j, completed by the train: the samples where the weights say
+/// so, the train elsewhere.
+template <class Function>
+void complete(const WeightedSlabSource& source, const Gauge& g, const MatrixXf& Vt, int j, Buffers& b,
+              const Function& fn) {
   b.half.resize(g.U.rows(), g.V.cols());
-  b.slab.resize(g.U.rows(), g.V.rows());
   gemm(g.U, g.slice(j), b.half);
-  gemm(b.half, Vt, b.slab);
-  source(j, b.values, b.weights);
-  b.slab.array() += kRelaxation * b.weights.array() * (b.values.array() - b.slab.array());
-  return b.slab;
+  overColumns(static_cast<int>(g.V.rows()), [&](int begin, int size) {
+    b.values.resize(g.U.rows(), size);
+    b.weights.resize(g.U.rows(), size);
+    b.slab.resize(g.U.rows(), size);
+    gemm(b.half, Vt.middleCols(begin, size), b.slab);
+    source(j, begin, b.values, b.weights);
+    b.slab.array() += kRelaxation * b.weights.array() * (b.values.array() - b.slab.array());
+    fn(begin, b.slab);
+  });
 }
 
 /// One orthogonal iteration on U and V, then the middle core by projection.
@@ -107,15 +111,19 @@ void sweep(const WeightedSlabSource& source, Gauge& g, int threads) {
   std::vector<MatrixXf> P(kSlabParts, MatrixXf::Zero(n1, r1)), Q(kSlabParts, MatrixXf::Zero(n3, r2));
   overParts(n2, kSlabParts, threads, [&](int part, int begin, int end) {
     Buffers b;
-    MatrixXf product(n1, r2), transposed, small(r2, r1), p(n1, r1), x(r1, n3), xt, core(r1, r2), q(n3, r2);
+    MatrixXf share(n1, r2), product(n1, r2), transposed, small(r2, r1), p(n1, r1), x(r1, n3), xt,
+        core(r1, r2), q(n3, r2);
     for (int j = begin; j < end; ++j) {
-      const MatrixXf& slab = complete(source, g, Vt, j, b);
-      gemm(slab, g.V, product);  // Y_j = Z_j V
+      product.setZero();
+      complete(source, g, Vt, j, b, [&](int first, const MatrixXf& columns) {
+        gemm(columns, g.V.middleRows(first, columns.cols()), share);
+        product += share;                                        // Y_j = Z_j V
+        gemm(Ut, columns, x.middleCols(first, columns.cols()));  // X_j = U^T Z_j
+      });
       transposed = product.transpose();
       gemm(transposed, g.U, small);  // Y_j^T U
       gemm(product, small, p);       // Y_j Y_j^T U
       P[static_cast<std::size_t>(part)] += p;
-      gemm(Ut, slab, x);  // X_j = U^T Z_j
       xt = x.transpose();
       gemm(x, g.V, core);  // X_j V
       gemm(xt, core, q);   // X_j^T X_j V
@@ -135,7 +143,9 @@ void sweep(const WeightedSlabSource& source, Gauge& g, int threads) {
     Buffers b;
     MatrixXf x(r1, n3), core(r1, r2);
     for (int j = begin; j < end; ++j) {
-      gemm(next_Ut, complete(source, g, Vt, j, b), x);
+      complete(source, g, Vt, j, b, [&](int first, const MatrixXf& columns) {
+        gemm(next_Ut, columns, x.middleCols(first, columns.cols()));
+      });
       gemm(x, next.V, core);
       next.slice(j) = core;
     }
@@ -158,10 +168,10 @@ TensorTrain fitWeighted(const WeightedSlabSource& source, const TensorTrain& sta
 TensorTrain fitWeighted(const DenseTensor& tensor, const std::vector<float>& weights,
                         const TensorTrain& start, const WeightedFitOptions& options) {
   const Slabs slabs = makeSlabs(tensor, weights, start);
-  const WeightedSlabSource source = [&slabs](int j, Eigen::Ref<MatrixXf> slab_values,
+  const WeightedSlabSource source = [&slabs](int j, int begin, Eigen::Ref<MatrixXf> slab_values,
                                              Eigen::Ref<MatrixXf> slab_weights) {
-    slab_values = slabs.value(j);
-    slab_weights = slabs.weight(j);
+    slab_values = slabs.value(j).middleCols(begin, slab_values.cols());
+    slab_weights = slabs.weight(j).middleCols(begin, slab_values.cols());
   };
   return fitWeighted(source, start, options);
 }

@@ -54,7 +54,7 @@ TEST(FieldBricks, ReadsBackWhatWasStoredAlongEveryAxis) {
     std::vector<float> values(static_cast<std::size_t>(dims[rows] * dims[columns]));
     std::vector<std::uint8_t> known(values.size());
     for (int index = 0; index < dims[axis]; ++index) {
-      bricks.readSlab(axis, index, rows, columns, values.data(), known.data());
+      bricks.readSlab({axis, index, rows, columns, 0, bricks.dims()[columns]}, values.data(), known.data());
       for (int c = 0; c < dims[columns]; ++c) {
         for (int r = 0; r < dims[rows]; ++r) {
           Dims at;
@@ -78,9 +78,9 @@ TEST(FieldBricks, KeepsTheClampsExactlyAndConstantBricksSmall) {
   arrays.store(bricks, Dims::Zero(), dims);
   EXPECT_LT(bricks.memoryBytes(), 20000u);
   std::vector<float> values(64 * 64);
-  bricks.readSlab(2, 10, 0, 1, values.data(), nullptr);
+  bricks.readSlab({2, 10, 0, 1, 0, bricks.dims()[1]}, values.data(), nullptr);
   EXPECT_EQ(values[77], kLow);
-  bricks.readSlab(2, 40, 0, 1, values.data(), nullptr);
+  bricks.readSlab({2, 40, 0, 1, 0, bricks.dims()[1]}, values.data(), nullptr);
   EXPECT_NEAR(values[77], kHigh, 1e-7F);
 }
 
@@ -103,7 +103,7 @@ TEST(FieldBricks, GivesLooseSamplesASmoothCourseAcrossBoxes) {
   arrays.store(bricks, {32, 0, 0}, {32, 32, 32});
   bricks.fillLoose(1);
   std::vector<float> values(64 * 32);
-  bricks.readSlab(2, 20, 0, 1, values.data(), nullptr);
+  bricks.readSlab({2, 20, 0, 1, 0, bricks.dims()[1]}, values.data(), nullptr);
   for (std::size_t i = 16; i + 1 < 48; ++i) {
     const float step = values[64 * 15 + i + 1] - values[64 * 15 + i];
     EXPECT_LE(step, 1e-3F) << i;

@@ -53,7 +53,8 @@ SampledField unpacked(const SampledField& field) {
   dense.known.resize(dense.values.size());
   for (int k = 0; k < field.geometry.dims[2]; ++k) {
     const std::size_t n = dense.values.offset(0, 0, k);
-    field.bricks->readSlab(2, k, 0, 1, dense.values.data() + n, dense.known.data() + n);
+    field.bricks->readSlab({2, k, 0, 1, 0, dense.values.dims()[1]}, dense.values.data() + n,
+                           dense.known.data() + n);
   }
   return dense;
 }

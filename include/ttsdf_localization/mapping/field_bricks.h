@@ -38,9 +38,14 @@ class FieldBricks {
   /// others. It is made for the whole grid at once, from the means of the bricks, so boxes leave no seams.
   void fillLoose(int threads);
 
-  /// The samples whose index along `axis` is `index`: axis `rows` fastest, then axis `columns`.
-  /// `values` and `known` (which may be null) have room for all of them.
-  void readSlab(int axis, int index, int rows, int columns, float* values, std::uint8_t* known) const;
+  /// The samples whose index along `axis` is `index`, in a range of axis `columns` that begins at a multiple
+  /// of kSide: axis `rows` fastest, then axis `columns`. `values` and `known` (which may be null) have room
+  /// for all of them.
+  struct Slab {
+    int axis, index, rows, columns;
+    int begin, size;  ///< range along `columns`
+  };
+  void readSlab(const Slab& slab, float* values, std::uint8_t* known) const;
 
  private:
   using Brick = std::unique_ptr<std::uint16_t[]>;

@@ -15,10 +15,11 @@ struct WeightedFitOptions {
   std::function<bool(double)> keep_going;
 };
 
-/// Fills values [m] and weights (n1 x n3, column-major, chain order of the start train) of middle index j.
-/// Called from several threads at once.
-using WeightedSlabSource =
-    std::function<void(int j, Eigen::Ref<Eigen::MatrixXf> values, Eigen::Ref<Eigen::MatrixXf> weights)>;
+/// Fills values [m] and weights of middle index j (n1 x n3, column-major, chain order of the start train),
+/// from column `begin` (a multiple of 64) on as many columns as there is room for. Called from several
+/// threads at once.
+using WeightedSlabSource = std::function<void(int j, int begin, Eigen::Ref<Eigen::MatrixXf> values,
+                                              Eigen::Ref<Eigen::MatrixXf> weights)>;
 
 /// Minimises sum w (F - TT)^2 from `start` at its ranks. Weights in [0, 1], one per entry in the tensor's
 /// order; 0 means "don't care". Expectation-maximisation for weighted low-rank approximation (Srebro,
