@@ -78,6 +78,7 @@ ttsdf_unit_test(mapping/real_frames_test.cpp LIBS ttsdf_mapping)
 # signed field
 ttsdf_unit_test(mapping/observed_surface_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(mapping/nearest_surface_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(mapping/observed_sides_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(mapping/manhattan_frame_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(mapping/sampled_field_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(mapping/field_bricks_test.cpp LIBS ttsdf_mapping)

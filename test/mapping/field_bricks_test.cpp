@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
@@ -65,6 +66,11 @@ TEST(FieldBricks, ReadsBackWhatWasStoredAlongEveryAxis) {
           ASSERT_EQ(known[m], arrays.known[n]) << at.transpose();
         }
       }
+      const auto skipped = static_cast<std::size_t>(8 * dims[rows]);
+      std::vector<float> rest(values.size() - skipped);
+      bricks.readSlab({axis, index, rows, columns, 8, dims[columns] - 8}, rest.data(), nullptr);
+      ASSERT_TRUE(
+          std::equal(rest.begin(), rest.end(), values.begin() + static_cast<std::ptrdiff_t>(skipped)));
     }
   }
 }

@@ -105,6 +105,53 @@ TEST(NearestSurface, EqualsBruteForceOnACurvedSheet) {
   EXPECT_LT(largest, 1.0);
 }
 
+/// Two squares of small triangles that share an edge, with their vertices half-way between samples as those
+/// of straight walls have them: feet lie on diagonals and edges.
+SurfaceMesh corner(int size) {
+  SurfaceMesh mesh;
+  const int row = size + 1, sheet = row * row;
+  mesh.vertices.resize(3, 2 * sheet);
+  mesh.triangles.resize(3, 4 * size * size);
+  Eigen::Index t = 0;
+  for (int side = 0; side < 2; ++side) {
+    for (int j = 0; j <= size; ++j) {
+      for (int i = 0; i <= size; ++i) {
+        const float u = 8.5F + static_cast<float>(i), v = static_cast<float>(j);
+        const int n = i + row * j, a = n + side * sheet;
+        mesh.vertices.col(a) =
+            side == 0 ? Eigen::Vector3f(u, 8.5F + v, 10.3F) : Eigen::Vector3f(u, 8.5F, 10.3F + v);
+        if (i == size || j == size) continue;
+        // The second sheet's first row is the first one's.
+        const auto vertex = [&](int m) { return side == 1 && m >= row ? m + sheet : m; };
+        mesh.triangles.col(t++) = Eigen::Vector3i(vertex(n), vertex(n + 1), vertex(n + row));
+        mesh.triangles.col(t++) = Eigen::Vector3i(vertex(n + 1), vertex(n + 1 + row), vertex(n + row));
+      }
+    }
+  }
+  return mesh;
+}
+
+TEST(NearestSurface, EqualsBruteForceAroundPlanesThatMeetAndEnd) {
+  const SurfaceMesh mesh = corner(12);
+  const Dims dims(30, 30, 30);
+  NearestSurfaceOptions near_only;
+  near_only.exact_within = near_only.none_beyond = 7.0F;
+  const NearestSurface all = nearestSurface(mesh, dims, {}), near = nearestSurface(mesh, dims, near_only);
+  std::size_t n = 0;
+  for (int k = 0; k < dims[2]; ++k) {
+    for (int j = 0; j < dims[1]; ++j) {
+      for (int i = 0; i < dims[0]; ++i, ++n) {
+        const double truth = bruteForce(
+            mesh, Eigen::Vector3f(static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)));
+        ASSERT_NEAR(all.distance[n], truth, 1e-4) << i << ' ' << j << ' ' << k;
+        if (truth < 7.0) {
+          ASSERT_NEAR(near.distance[n], truth, 1e-4) << i << ' ' << j << ' ' << k;
+        }
+      }
+    }
+  }
+}
+
 TEST(NearestSurface, FindsTheFootOnLargeTrianglesAfterSubdivision) {
   SurfaceMesh mesh;
   mesh.vertices.resize(3, 3);
