@@ -1,6 +1,8 @@
 #include "linearizer.h"
 
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 #include "residual_kernels.h"
 
@@ -21,6 +23,17 @@ KernelPose toPose(const Eigen::Isometry3d& T, const Eigen::Vector3d& centroid) {
   return pose;
 }
 
+KernelConstants toConstants(const ResidualModel& model) {
+  const auto squared = [](double v) { return static_cast<float>(v * v); };
+  return {squared(model.scale),
+          model.robust ? 1.0f : 0.0f,
+          squared(model.inlier_distance),
+          squared(model.score_scale),
+          model.limit_gradient ? 1.0f : 0.0f,
+          model.check_facing ? squared(kBehindCosine) : kNever,
+          model.check_facing ? static_cast<float>(-kDeepInside) : -kNever};
+}
+
 void addSums(const float (*sums)[kLanes], double* total) {
   for (int s = 0; s < kSums; ++s) {
     float lanes = 0.0f;
@@ -29,25 +42,15 @@ void addSums(const float (*sums)[kLanes], double* total) {
   }
 }
 
-}  // namespace
-
-NormalEquations linearize(const DistanceField& field, const ScanBuffer& scan, int count,
-                          const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model) {
+/// Calls `visit(chunk)` with the residuals of the first `count` points, chunk by chunk.
+template <class Visit>
+void forEachChunk(const DistanceField& field, const ScanBuffer& scan, int count,
+                  const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model, const Visit& visit) {
   const KernelPose pose = toPose(T_map_sensor, scan.centroid());
-  const auto squared = [](double v) { return static_cast<float>(v * v); };
-  const KernelConstants constants{squared(model.scale),
-                                  model.robust ? 1.0f : 0.0f,
-                                  squared(model.inlier_distance),
-                                  squared(model.score_scale),
-                                  model.limit_gradient ? 1.0f : 0.0f,
-                                  model.check_facing ? squared(kBehindCosine) : kNever,
-                                  model.check_facing ? static_cast<float>(-kDeepInside) : -kNever};
-  NormalEquations out;
+  const KernelConstants constants = toConstants(model);
   ResidualChunk chunk;
-  KernelCounts counts;
   const Eigen::Vector3d ray = T_map_sensor.linear() * scan.centroid();
   for (int axis = 0; axis < 3; ++axis) chunk.ray[axis] = static_cast<float>(ray[axis]);
-  double total[kSums] = {};
   for (int begin = 0; begin < count; begin += kChunkPoints) {
     chunk.size = std::min(kChunkPoints, count - begin);
     transformChunk(scan.x() + begin, scan.y() + begin, scan.z() + begin, pose, chunk);
@@ -55,11 +58,23 @@ NormalEquations linearize(const DistanceField& field, const ScanBuffer& scan, in
     field.evaluate(PointSpan{chunk.x, chunk.y, chunk.z, chunk.size},
                    SampleSpan{chunk.value, chunk.gx, chunk.gy, chunk.gz, chunk.state});
     residualChunk(chunk, constants);
+    visit(chunk);
+  }
+}
+
+}  // namespace
+
+NormalEquations linearize(const DistanceField& field, const ScanBuffer& scan, int count,
+                          const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model) {
+  NormalEquations out;
+  KernelCounts counts;
+  double total[kSums] = {};
+  forEachChunk(field, scan, count, T_map_sensor, model, [&](const ResidualChunk& chunk) {
     alignas(64) float sums[kSums][kLanes] = {};
     sumChunk(chunk, sums);
     addSums(sums, total);
     countChunk(chunk, counts);
-  }
+  });
   int s = 0;
   for (int a = 0; a < 6; ++a) {
     for (int b = 0; b <= a; ++b, ++s) out.H(a, b) = out.H(b, a) = total[s];
@@ -71,6 +86,22 @@ NormalEquations linearize(const DistanceField& field, const ScanBuffer& scan, in
   out.behind = counts.behind;
   out.unknown = count - out.valid - out.outside - out.behind;
   return out;
+}
+
+double residualSpread(const DistanceField& field, const ScanBuffer& scan, int count,
+                      const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model) {
+  constexpr double kSigmaPerMedian = 1.4826;
+  std::vector<float> sizes;
+  sizes.reserve(static_cast<std::size_t>(count));
+  forEachChunk(field, scan, count, T_map_sensor, model, [&](const ResidualChunk& chunk) {
+    for (int n = 0; n < chunk.size; ++n) {
+      if (chunk.valid[n] > 0.0f) sizes.push_back(std::abs(chunk.value[n]));
+    }
+  });
+  if (sizes.empty()) return 0.0;
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return kSigmaPerMedian * static_cast<double>(*middle);
 }
 
 Eigen::Isometry3d retract(const Eigen::Isometry3d& T_map_sensor, const Eigen::Vector3d& centroid_sensor,

@@ -49,6 +49,11 @@ struct NormalEquations {
 NormalEquations linearize(const DistanceField& field, const ScanBuffer& scan, int count,
                           const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model);
 
+/// Spread of the residuals of the points that say something, not led by outliers: 1.4826 times the median of
+/// their sizes, sigma if they are normally distributed [m]; 0 without such points.
+double residualSpread(const DistanceField& field, const ScanBuffer& scan, int count,
+                      const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model);
+
 /// Left perturbation about the scan's centroid: p -> c + Exp(xi) (p - c) in the map frame.
 Eigen::Isometry3d retract(const Eigen::Isometry3d& T_map_sensor, const Eigen::Vector3d& centroid_sensor,
                           const Vector6d& xi);

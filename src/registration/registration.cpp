@@ -52,7 +52,9 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
           .add("kernel_scale_start", &O::kernel_scale_start, 0.001, 10.0, "m",
                "Largest Geman-McClure scale; the first iterations start here or at the scan's own residual")
           .add("kernel_scale_end", &O::kernel_scale_end, 0.001, 10.0, "m",
-               "Geman-McClure scale of the last iterations")
+               "Geman-McClure scale of the last iterations ...")
+          .add("kernel_scale_least", &O::kernel_scale_least, 0.0005, 10.0, "m",
+               "... but down to this where the scan fits so well: six times the spread of its residuals")
           .add("inlier_distance", &O::inlier_distance, 0.001, 1.0, "m",
                "A point nearer to the surface is an inlier")
           .add("min_inlier_ratio", &O::min_inlier_ratio, 0.0, 1.0, "",
@@ -179,7 +181,7 @@ class Registration::Impl {
     stage.model.robust = false;
     stage.model.limit_gradient = false;
     const StageResult solved = gaussNewton(*field_, scan_, T_prior, stage);
-    finish(solved, solved.iterations, result);
+    finish(solved, solved.iterations, result, options_.kernel_scale_end);
   }
 
   StageOptions finalStage() const {
@@ -207,7 +209,28 @@ class Registration::Impl {
     if (pulls_in_ && options_.restarts > 0 && verdict(best) > options_.restart_score) {
       restart(T_prior, best, iterations);
     }
-    finish(best, iterations, result);
+    const double scale = sharpen(best, iterations);
+    finish(best, iterations, result, scale);
+  }
+
+  /// Scans and maps that are better than kernel_scale_end supposes deserve a narrower kernel: outliers, as
+  /// edges that the map rounds, then count for less. Returns the kernel's scale.
+  double sharpen(StageResult& best, int& iterations) {
+    double scale = options_.kernel_scale_end;
+    if (!best.solvable) return scale;
+    for (int pass = 0; pass < kSharpenings; ++pass) {
+      const double spread =
+          residualSpread(*field_, scan_, scan_.prefix(kMiddlePoints), best.T_map_sensor, model(scale));
+      const double narrower = std::max(kKernelSigmas * spread, options_.kernel_scale_least);
+      if (narrower > 0.8 * scale) break;
+      StageOptions stage = finalStage();
+      stage.model = model(narrower);
+      stage.max_iterations = std::min(kSharpenIterations, options_.max_iterations);
+      best = levenbergMarquardt(*field_, scan_, best.T_map_sensor, stage);
+      iterations += best.iterations;
+      scale = narrower;
+    }
+    return scale;
   }
 
   /// Share of the information below which a direction is left at the prior.
@@ -273,9 +296,9 @@ class Registration::Impl {
     return 1 + static_cast<int>(descent_.scales.size());
   }
 
-  void finish(const StageResult& stage, int iterations, RegistrationResult& result) {
+  void finish(const StageResult& stage, int iterations, RegistrationResult& result, double scale) {
     judge(stage, iterations, result);
-    describeInformation(stage, result);
+    describeInformation(stage, result, scale);
   }
 
   /// Statistics, reason and verdict.
@@ -295,15 +318,14 @@ class Registration::Impl {
     }
   }
 
-  void describeInformation(const StageResult& stage, RegistrationResult& result) {
+  void describeInformation(const StageResult& stage, RegistrationResult& result, double scale) {
     const InformationAnalysis info = analyseInformation(stage.equations, scan_.radius());
     result.hessian_eigenvalues = info.share;
     result.hessian_eigenvectors = info.directions;
     result.weak_directions = static_cast<int>((info.share.array() < options_.weak_threshold).count());
     if (result.success) {
-      const Matrix6d about_centroid =
-          sandwichCovariance(*field_, scan_, stage.T_map_sensor, model(options_.kernel_scale_end),
-                             kClusterSize, heldBelow(), options_.weak_sigma);
+      const Matrix6d about_centroid = sandwichCovariance(*field_, scan_, stage.T_map_sensor, model(scale),
+                                                         kClusterSize, heldBelow(), options_.weak_sigma);
       // Twists about the sensor's position: its translation also moves by the rotation times the lever arm.
       Matrix6d shift = Matrix6d::Identity();
       shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());
@@ -320,6 +342,9 @@ class Registration::Impl {
   static constexpr int kMiddleIterations = 8;
   static constexpr double kMiddleScale = 0.1;  // [m] of the map's first stage
   static constexpr double kMiddleCostEpsilon = 3e-3;
+  static constexpr int kSharpenings = 2;
+  static constexpr int kSharpenIterations = 10;
+  static constexpr double kKernelSigmas = 6.0;        // kernel scale per spread of the residuals
   static constexpr double kRestartTranslation = 0.4;  // [m] spread of the restarts
   static constexpr double kRestartRotation = 0.15;    // [rad]
   static constexpr std::size_t kRestartsRefined = 3;

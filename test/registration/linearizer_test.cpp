@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <vector>
 
 #include "analytic_world.h"
 
@@ -208,6 +210,26 @@ TEST(Linearizer, RepeatsItselfToTheBit) {
   EXPECT_EQ(a.H, b.H);
   EXPECT_EQ(a.g, b.g);
   EXPECT_EQ(a.cost, b.cost);
+}
+
+TEST(Linearizer, SpreadIsTheScaledMedianOfTheResidualsThatSaySomething) {
+  const AnalyticField field;
+  const Eigen::Matrix3Xf all = scanPoints(901);
+  ScanBuffer scan;
+  scan.assign(all, 1000);
+  std::vector<double> sizes;
+  for (Eigen::Index n = 0; n < all.cols(); ++n) {
+    const Eigen::Vector3d p = kPose * all.col(n).cast<double>();
+    if (AnalyticField::state(p) == PointState::kValid) sizes.push_back(std::abs(AnalyticField::value(p)));
+  }
+  ASSERT_GT(sizes.size(), 300u);
+  std::sort(sizes.begin(), sizes.end());
+  // 0.6745 is the upper quartile of the normal distribution.
+  EXPECT_NEAR(residualSpread(field, scan, scan.size(), kPose, plain()), sizes[sizes.size() / 2] / 0.6745,
+              1e-4);
+  Eigen::Isometry3d away = kPose;
+  away.translation().x() += 100.0;
+  EXPECT_EQ(residualSpread(field, scan, scan.size(), away, plain()), 0.0);
 }
 
 TEST(Retract, MovesAboutTheCentroid) {

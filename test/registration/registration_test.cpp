@@ -70,6 +70,34 @@ TEST(Registration, FindsNoiseFreeScansOfARoomWithinATwentiethOfAVoxel) {
   }
 }
 
+TEST(Registration, NarrowsTheKernelWhereAScanFitsWell) {
+  // A fifth of the points lies 2 cm behind its surface, all on one side: within the widest kernel, but far
+  // out for a scan without noise. Noise as large as that keeps the kernel wide.
+  const auto field = compressedField(furnishedRoom, roomGeometry(kVoxel), 1000);
+  RegistrationOptions wide;
+  wide.kernel_scale_least = wide.kernel_scale_end;
+  Registration narrows(field), stays(field, wide);
+  for (const double noise : {0.0, 0.02}) {
+    std::vector<double> narrow_errors, wide_errors;
+    for (unsigned seed = 0; seed < 15; ++seed) {
+      const Eigen::Isometry3d truth = roomPose(seed);
+      Eigen::Matrix3Xf points = castRays(furnishedRoom, truth, test::directions(1500), noise, seed);
+      for (Eigen::Index n = 0; n < points.cols(); ++n) {
+        const Eigen::Vector3f ray = points.col(n).normalized();
+        if ((truth.linear() * ray.cast<double>()).x() > 0.6) points.col(n) += 0.02f * ray;
+      }
+      const Eigen::Isometry3d prior = perturbed(truth, 0.1, 0.05, seed + 100);
+      narrow_errors.push_back(poseError(truth, narrows.align(points, prior).T_map_sensor).translation);
+      wide_errors.push_back(poseError(truth, stays.align(points, prior).T_map_sensor).translation);
+    }
+    if (noise == 0.0) {
+      EXPECT_LT(median(narrow_errors), 0.5 * median(wide_errors));
+    } else {
+      EXPECT_LT(median(narrow_errors), 1.1 * median(wide_errors));
+    }
+  }
+}
+
 TEST(Registration, StaysWithinAVoxelAtLowRank) {
   Registration registration(compressedField(furnishedRoom, roomGeometry(kVoxel), 15));
   const Errors errors = alignMany(registration, 10);
