@@ -181,7 +181,7 @@ class Registration::Impl {
     stage.model.robust = false;
     stage.model.limit_gradient = false;
     const StageResult solved = gaussNewton(*field_, scan_, T_prior, stage);
-    finish(solved, solved.iterations, result, options_.kernel_scale_end);
+    finish(solved, solved.iterations, result);
   }
 
   StageOptions finalStage() const {
@@ -209,28 +209,26 @@ class Registration::Impl {
     if (pulls_in_ && options_.restarts > 0 && verdict(best) > options_.restart_score) {
       restart(T_prior, best, iterations);
     }
-    const double scale = sharpen(best, iterations);
-    finish(best, iterations, result, scale);
+    sharpen(best, iterations);
+    finish(best, iterations, result);
   }
 
   /// Scans and maps that are better than kernel_scale_end supposes deserve a narrower kernel: outliers, as
-  /// edges that the map rounds, then count for less. Returns the kernel's scale.
-  double sharpen(StageResult& best, int& iterations) {
+  /// edges that the map rounds, then count for less.
+  void sharpen(StageResult& best, int& iterations) {
     double scale = options_.kernel_scale_end;
-    if (!best.solvable) return scale;
-    for (int pass = 0; pass < kSharpenings; ++pass) {
+    for (int pass = 0; pass < kSharpenings && best.solvable; ++pass) {
       const double spread =
           residualSpread(*field_, scan_, scan_.prefix(kMiddlePoints), best.T_map_sensor, model(scale));
       const double narrower = std::max(kKernelSigmas * spread, options_.kernel_scale_least);
-      if (narrower > 0.8 * scale) break;
+      if (narrower > 0.8 * scale) return;
+      scale = narrower;
       StageOptions stage = finalStage();
-      stage.model = model(narrower);
+      stage.model = model(scale);
       stage.max_iterations = std::min(kSharpenIterations, options_.max_iterations);
       best = levenbergMarquardt(*field_, scan_, best.T_map_sensor, stage);
       iterations += best.iterations;
-      scale = narrower;
     }
-    return scale;
   }
 
   /// Share of the information below which a direction is left at the prior.
@@ -296,9 +294,9 @@ class Registration::Impl {
     return 1 + static_cast<int>(descent_.scales.size());
   }
 
-  void finish(const StageResult& stage, int iterations, RegistrationResult& result, double scale) {
+  void finish(const StageResult& stage, int iterations, RegistrationResult& result) {
     judge(stage, iterations, result);
-    describeInformation(stage, result, scale);
+    describeInformation(stage, result);
   }
 
   /// Statistics, reason and verdict.
@@ -318,14 +316,15 @@ class Registration::Impl {
     }
   }
 
-  void describeInformation(const StageResult& stage, RegistrationResult& result, double scale) {
+  void describeInformation(const StageResult& stage, RegistrationResult& result) {
     const InformationAnalysis info = analyseInformation(stage.equations, scan_.radius());
     result.hessian_eigenvalues = info.share;
     result.hessian_eigenvectors = info.directions;
     result.weak_directions = static_cast<int>((info.share.array() < options_.weak_threshold).count());
     if (result.success) {
-      const Matrix6d about_centroid = sandwichCovariance(*field_, scan_, stage.T_map_sensor, model(scale),
-                                                         kClusterSize, heldBelow(), options_.weak_sigma);
+      const Matrix6d about_centroid =
+          sandwichCovariance(*field_, scan_, stage.T_map_sensor, model(options_.kernel_scale_end),
+                             kClusterSize, heldBelow(), options_.weak_sigma);
       // Twists about the sensor's position: its translation also moves by the rotation times the lever arm.
       Matrix6d shift = Matrix6d::Identity();
       shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());
