@@ -34,7 +34,7 @@ struct Weighed {
 };
 Weighed weigh(const LocalizerScan& scan, const Prediction& prior, const RegistrationResult& result) {
   const PoseEstimate measured{result.T_map_sensor, result.covariance};
-  const PoseEstimate before = widened(atSensor(scan, prior), measured);
+  const PoseEstimate before = widened(atSensor(scan, prior), measured, result.weak_directions);
   return {before, fused(before, measured)};
 }
 

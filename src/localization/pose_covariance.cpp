@@ -14,6 +14,18 @@ Vector6d innovation(const Eigen::Isometry3d& T_prior, const Eigen::Isometry3d& T
   xi << logSo3(T.linear() * T_prior.linear().transpose()), T.translation() - T_prior.translation();
   return xi;
 }
+
+/// The part of a step along the directions that the measurement says most about, compared with the prior.
+Vector6d withoutWeakDirections(const Vector6d& step, const Matrix6d& prior, const Matrix6d& measured,
+                               int weak) {
+  if (weak <= 0) return step;
+  // W diagonalises both at once: W^T prior W = 1 and W^T measured W = ratios, rising.
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6d> both(measured, prior);
+  if (both.info() != Eigen::Success) return step;
+  Vector6d along = both.eigenvectors().transpose() * prior * step;
+  along.tail(weak).setZero();
+  return both.eigenvectors() * along;
+}
 }  // namespace
 
 Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Vector3d& offset) {
@@ -36,9 +48,10 @@ double deviation(const Eigen::Isometry3d& T, const Eigen::Isometry3d& T_prior, c
   return std::sqrt(std::max(0.0, xi.dot(spread.ldlt().solve(xi))));
 }
 
-PoseEstimate widened(const PoseEstimate& prior, const PoseEstimate& measured) {
+PoseEstimate widened(const PoseEstimate& prior, const PoseEstimate& measured, int weak) {
   constexpr double kChance = 22.5;  // 99.9 % quantile of the chi-squared distribution of 6 degrees of freedom
-  const Vector6d xi = innovation(prior.T, measured.T);
+  const Vector6d xi =
+      withoutWeakDirections(innovation(prior.T, measured.T), prior.covariance, measured.covariance, weak);
   const Matrix6d sum = prior.covariance + measured.covariance;
   const double deviation = xi.dot(sum.ldlt().solve(xi));
   if (!(deviation > kChance)) return prior;

@@ -102,6 +102,20 @@ TEST(FusedPose, IsTheInverseVarianceMeanAlongEveryAxis) {
   EXPECT_NEAR(result.covariance(5, 5), 0.03 * 0.03, 1e-9);
 }
 
+// Before a bare wall: what the scan says about the ways along it is chance, however sure of itself it is.
+TEST(FusedPose, WeakDirectionsContradictNothing) {
+  PoseEstimate prior, measured;
+  prior.covariance = isotropicCovariance(0.001, 0.001);
+  measured.covariance = isotropicCovariance(0.005, 0.005);
+  measured.covariance(4, 4) = 0.01 * 0.01;
+  measured.T.translation() << 0.2, 0.3, 0.0;
+  const PoseEstimate wide = widened(prior, measured, 1);
+  EXPECT_NEAR(wide.covariance(4, 4), prior.covariance(4, 4), 1e-12);
+  EXPECT_NEAR(wide.covariance(3, 4), 0.0, 1e-12);
+  measured.T.translation().y() = 0.0;
+  EXPECT_TRUE(wide.covariance.isApprox(widened(prior, measured).covariance, 1e-9));  // along x as without
+}
+
 TEST(FusedPose, ContradictionBeyondChanceLowersTheTrustInThePrior) {
   PoseEstimate prior, measured;
   prior.covariance = isotropicCovariance(0.001, 0.001);

@@ -26,8 +26,9 @@ struct PoseEstimate {
 };
 
 /// The prior as it is, or, if the measurement contradicts it beyond chance (99.9 %), less certain in the
-/// direction of the contradiction, so that no more than chance is left of it: as after slipping wheels.
-PoseEstimate widened(const PoseEstimate& prior, const PoseEstimate& measured);
+/// direction of the contradiction, so that no more than chance is left of it: as after slipping wheels. The
+/// `weak` directions of which the measurement says least, compared with the prior, contradict nothing.
+PoseEstimate widened(const PoseEstimate& prior, const PoseEstimate& measured, int weak = 0);
 
 /// The most likely pose of two independent estimates of it (product of normal distributions, i.e. a Kalman
 /// update): the prior counts along directions in which the measurement says little.
