@@ -6,13 +6,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
+
+#include "../tensor/vectorize.h"
 
 namespace ttsdf {
 
 namespace {
 
 constexpr int kMaxReach = 2;  // half width of the window [pixel]
+constexpr int kRun = 16;      // pixels of a row that are worked on together
 /// Windows are at most about a voxel wide at this depth: wider ones would round creases that the volume can
 /// show.
 constexpr double kWindowDepth = 2.0;  // [m]
@@ -30,11 +34,11 @@ constexpr float kMaxBehind =
     2.0F;  // how far the band may reach behind the surface along the ray [truncations]
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// Inverse depth with a border of zeros (no reading) of kMaxReach pixels.
+/// Inverse depth with a border of zeros (no reading) of kMaxReach pixels, and a run more at the rows' ends.
 class InverseDepth {
  public:
   InverseDepth(const DepthImage& image, double min_depth)
-      : stride_(static_cast<std::size_t>(image.width + 2 * kMaxReach)),
+      : stride_(static_cast<std::size_t>(image.width + 2 * kMaxReach + kRun)),
         values_(stride_ * static_cast<std::size_t>(image.height + 2 * kMaxReach), 0.0F) {
     const auto nearest = static_cast<float>(min_depth);
     tbb::parallel_for(tbb::blocked_range<int>(0, image.height), [&](const tbb::blocked_range<int>& rows) {
@@ -56,33 +60,51 @@ class InverseDepth {
   std::vector<float> values_;
 };
 
-/// Sums of the least squares fit of inverse depth over the window, for one row of pixels.
-struct RowSums {
-  explicit RowSums(int width) {
-    for (auto* sum : {&n, &x, &y, &xx, &xy, &yy, &d, &xd, &yd}) sum->resize(static_cast<std::size_t>(width));
-  }
-  void clear() {
-    for (auto* sum : {&n, &x, &y, &xx, &xy, &yy, &d, &xd, &yd}) std::fill(sum->begin(), sum->end(), 0.0F);
-  }
-  std::vector<float> n, x, y, xx, xy, yy, d, xd, yd;
+/// Sums of the least squares fit of inverse depth over the window, for a run of pixels of one row.
+struct RunSums {
+  float n[kRun], x[kRun], y[kRun], xx[kRun], xy[kRun], yy[kRun], d[kRun], xd[kRun], yd[kRun];
 };
 
-/// Adds the neighbour at (dx, dy) of every pixel of a row; plain loops over the row, for the vectoriser.
-void addTap(const float* centre, const float* neighbour, int width, int dx, int dy, float slope,
-            RowSums& sums) {
-  const auto fx = static_cast<float>(dx), fy = static_cast<float>(dy);
-  const float steps = slope * static_cast<float>(std::max(std::abs(dx), std::abs(dy)));
-  float *n = sums.n.data(), *x = sums.x.data(), *y = sums.y.data(), *xx = sums.xx.data(),
-        *xy = sums.xy.data(), *yy = sums.yy.data(), *d = sums.d.data(), *xd = sums.xd.data(),
-        *yd = sums.yd.data();
-  for (int u = 0; u < width; ++u) {
-    const float difference = neighbour[u] - centre[u];
-    const bool same =
-        (neighbour[u] > 0.0F) & (std::abs(difference) <= steps * centre[u] + kNoiseInverseDepth);
-    const float m = same ? 1.0F : 0.0F, md = same ? difference : 0.0F;
-    n[u] += m, x[u] += m * fx, y[u] += m * fy;
-    xx[u] += m * fx * fx, xy[u] += m * fx * fy, yy[u] += m * fy * fy;
-    d[u] += md, xd[u] += md * fx, yd[u] += md * fy;
+/// Differences of inverse depth that neighbours one and two pixels away may have.
+struct RunLimits {
+  RunLimits(const float* centre, float slope) {
+    for (int step = 1; step <= kMaxReach; ++step) {
+      for (int u = 0; u < kRun; ++u)
+        of[step][u] = slope * static_cast<float>(step) * centre[u] + kNoiseInverseDepth;
+    }
+    std::copy(std::begin(of[1]), std::end(of[1]), std::begin(of[0]));
+  }
+  float of[kMaxReach + 1][kRun];
+};
+
+/// rows: the inverse depths from two rows above the run to two below, at its first pixel. Sums stay in
+/// registers while the window passes.
+TTSDF_VECTORIZE void sumWindow(const float* const rows[2 * kMaxReach + 1], int reach, const RunLimits& limits,
+                               RunSums& sums) {
+  float n[kRun] = {}, x[kRun] = {}, y[kRun] = {}, xx[kRun] = {}, xy[kRun] = {}, yy[kRun] = {}, d[kRun] = {},
+        xd[kRun] = {}, yd[kRun] = {};
+  const float* const centre = rows[kMaxReach];
+  for (int dy = -reach; dy <= reach; ++dy) {
+    for (int dx = -reach; dx <= reach; ++dx) {
+      const int step = dx * dx > dy * dy ? (dx < 0 ? -dx : dx) : (dy < 0 ? -dy : dy);
+      const float* const neighbour = rows[kMaxReach + dy] + dx;
+      const float* const limit = limits.of[step];
+      const auto fx = static_cast<float>(dx), fy = static_cast<float>(dy);
+      for (int u = 0; u < kRun; ++u) {
+        const float difference = neighbour[u] - centre[u];
+        const float size = difference < 0.0F ? -difference : difference;
+        const bool same = (neighbour[u] > 0.0F) & (size <= limit[u]);
+        const float m = same ? 1.0F : 0.0F, md = same ? difference : 0.0F;
+        n[u] += m, x[u] += m * fx, y[u] += m * fy;
+        xx[u] += m * (fx * fx), xy[u] += m * (fx * fy), yy[u] += m * (fy * fy);
+        d[u] += md, xd[u] += md * fx, yd[u] += md * fy;
+      }
+    }
+  }
+  for (int u = 0; u < kRun; ++u) {
+    sums.n[u] = n[u], sums.x[u] = x[u], sums.y[u] = y[u];
+    sums.xx[u] = xx[u], sums.xy[u] = xy[u], sums.yy[u] = yy[u];
+    sums.d[u] = d[u], sums.xd[u] = xd[u], sums.yd[u] = yd[u];
   }
 }
 
@@ -92,7 +114,7 @@ struct Slope {
   bool good = false;
 };
 
-Slope solve(const RowSums& s, std::size_t u) {
+Slope solve(const RunSums& s, int u) {
   // Cramer's rule on [n x y; x xx xy; y xy yy]; the entries are small integers, so the determinant is exact.
   const float a = s.xx[u] * s.yy[u] - s.xy[u] * s.xy[u], b = s.y[u] * s.xy[u] - s.x[u] * s.yy[u],
               c = s.x[u] * s.xy[u] - s.y[u] * s.xx[u];
@@ -123,15 +145,15 @@ class PixelMaker {
         truncation_(static_cast<float>(options.truncation)),
         max_depth_(static_cast<float>(options.max_depth)) {}
 
-  SurfacePixel make(int u, int v, float inverse_depth, const RowSums& sums) const {
+  /// `place`: of the pixel in the run.
+  SurfacePixel make(int u, int v, float inverse_depth, const RunSums& sums, int place) const {
     SurfacePixel pixel;
     if (inverse_depth <= 0.0F) return pixel;
     const float depth = 1.0F / inverse_depth;
     pixel.free_depth = std::min(depth - kFreeNoPlaneMargin * truncation_, max_depth_);
     if (depth > max_depth_) return pixel;
-    const auto column = static_cast<std::size_t>(u);
-    const Slope slope = solve(sums, column);
-    const float share = (sums.n[column] - 1.0F) / static_cast<float>(span(u, width_) * span(v, height_) - 1);
+    const Slope slope = solve(sums, place);
+    const float share = (sums.n[place] - 1.0F) / static_cast<float>(span(u, width_) * span(v, height_) - 1);
     const float edge = std::clamp((share - kEdgeShareNone) / (kEdgeShareFull - kEdgeShareNone), 0.0F, 1.0F);
     if (!slope.good || edge <= 0.0F) return pixel;
     setPlane(static_cast<float>(u) - cx_, static_cast<float>(v) - cy_, inverse_depth + slope.value, slope,
@@ -215,17 +237,18 @@ SurfacePixels surfacePixels(const DepthImage& image, const CameraIntrinsics& int
   const PixelMaker maker(intrinsics, options, reach);
   const auto slope = static_cast<float>(kMaxSlope / focal);
   tbb::parallel_for(tbb::blocked_range<int>(0, image.height, 8), [&](const tbb::blocked_range<int>& rows) {
-    RowSums sums(image.width);
     for (int v = rows.begin(); v != rows.end(); ++v) {
-      sums.clear();
-      for (int dy = -reach; dy <= reach; ++dy) {
-        for (int dx = -reach; dx <= reach; ++dx) {
-          addTap(inverse.row(v), inverse.row(v + dy) + dx, image.width, dx, dy, slope, sums);
-        }
-      }
       SurfacePixel* out =
           result.pixels.data() + static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width);
-      for (int u = 0; u < image.width; ++u) out[u] = maker.make(u, v, inverse.row(v)[u], sums);
+      for (int first = 0; first < image.width; first += kRun) {
+        const float* around[2 * kMaxReach + 1];
+        for (int dy = -kMaxReach; dy <= kMaxReach; ++dy) around[kMaxReach + dy] = inverse.row(v + dy) + first;
+        const float* centre = around[kMaxReach];
+        RunSums sums;
+        sumWindow(around, reach, RunLimits(centre, slope), sums);
+        for (int n = 0; n < std::min(kRun, image.width - first); ++n)
+          out[first + n] = maker.make(first + n, v, centre[n], sums, n);
+      }
     }
   });
   if (options.carve) erodeFreeDepth(result, reach);
