@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <iterator>
 #include <limits>
 
@@ -77,6 +79,17 @@ struct RunLimits {
   float of[kMaxReach + 1][kRun];
 };
 
+inline std::int32_t bits(float value) {
+  std::int32_t result;
+  std::memcpy(&result, &value, sizeof(result));
+  return result;
+}
+inline float number(std::int32_t pattern) {
+  float result;
+  std::memcpy(&result, &pattern, sizeof(result));
+  return result;
+}
+
 /// rows: the inverse depths from two rows above the run to two below, at its first pixel. Sums stay in
 /// registers while the window passes.
 TTSDF_VECTORIZE void sumWindow(const float* const rows[2 * kMaxReach + 1], int reach, const RunLimits& limits,
@@ -90,14 +103,20 @@ TTSDF_VECTORIZE void sumWindow(const float* const rows[2 * kMaxReach + 1], int r
       const float* const neighbour = rows[kMaxReach + dy] + dx;
       const float* const limit = limits.of[step];
       const auto fx = static_cast<float>(dx), fy = static_cast<float>(dy);
+      float m[kRun], md[kRun];
+      // Masks from the sign bits: a comparison of floats may raise a flag and stays a branch.
       for (int u = 0; u < kRun; ++u) {
         const float difference = neighbour[u] - centre[u];
-        const float size = difference < 0.0F ? -difference : difference;
-        const bool same = (neighbour[u] > 0.0F) & (size <= limit[u]);
-        const float m = same ? 1.0F : 0.0F, md = same ? difference : 0.0F;
-        n[u] += m, x[u] += m * fx, y[u] += m * fy;
-        xx[u] += m * (fx * fx), xy[u] += m * (fx * fy), yy[u] += m * (fy * fy);
-        d[u] += md, xd[u] += md * fx, yd[u] += md * fy;
+        const std::int32_t outside = bits(limit[u] - difference) | bits(limit[u] + difference);
+        const std::int32_t none = bits(neighbour[u]) - 1;  // no reading is zero, readings are positive
+        const std::int32_t same = ~((outside | none) >> 31);
+        m[u] = number(same & bits(1.0F));
+        md[u] = number(same & bits(difference));
+      }
+      for (int u = 0; u < kRun; ++u) {
+        n[u] += m[u], x[u] += m[u] * fx, y[u] += m[u] * fy;
+        xx[u] += m[u] * (fx * fx), xy[u] += m[u] * (fx * fy), yy[u] += m[u] * (fy * fy);
+        d[u] += md[u], xd[u] += md[u] * fx, yd[u] += md[u] * fy;
       }
     }
   }
