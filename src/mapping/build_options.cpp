@@ -1,3 +1,6 @@
+#include <regex>
+#include <stdexcept>
+
 #include "ttsdf_localization/mapping/map_builder.h"
 
 namespace ttsdf {
@@ -40,6 +43,25 @@ const OptionTable<BuildOptions>& buildOptionTable() {
                "and sdf_method surface); smaller ones in dense arrays, at up to 40 bytes per voxel")
           .add("threads", &O::threads, 1, 256, "", "Threads");
   return table;
+}
+
+RankCaps parseRanks(const std::string& text) {
+  static const std::regex kPattern(R"(\s*(\d{1,9})\s*(,\s*(\d{1,9})\s*)?)");
+  std::smatch match;
+  if (!std::regex_match(text, match, kPattern)) {
+    throw std::invalid_argument("option 'max_rank': got '" + text + "', wanted R or R1,R2 (0: no cap)");
+  }
+  const int r1 = std::stoi(match[1]);
+  return {r1, match[3].matched ? std::stoi(match[3]) : r1};
+}
+
+void validate(const BuildOptions& options) {
+  buildOptionTable().validate(options);
+  if (options.target_bytes > 0 && options.target_surface_error > 0.0) {
+    throw std::invalid_argument(
+        "options 'target_bytes' and 'target_surface_error': got both, wanted one of them");
+  }
+  parseRanks(options.max_rank);
 }
 
 }  // namespace ttsdf

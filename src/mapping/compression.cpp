@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
-#include <regex>
 #include <stdexcept>
 
 #include "field_slabs.h"
@@ -25,25 +24,11 @@ class Stopwatch {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-struct Ranks {
-  int r1 = 0, r2 = 0;
-};
-
-Ranks parseRanks(const std::string& text) {
-  static const std::regex kPattern(R"(\s*(\d{1,9})\s*(,\s*(\d{1,9})\s*)?)");
-  std::smatch match;
-  if (!std::regex_match(text, match, kPattern)) {
-    throw std::invalid_argument("option 'max_rank': got '" + text + "', wanted R or R1,R2 (0: no cap)");
-  }
-  const int r1 = std::stoi(match[1]);
-  return {r1, match[3].matched ? std::stoi(match[3]) : r1};
-}
-
 void tell(const BuildProgress& progress, const char* step, double share) {
   if (progress && !progress(step, share)) throw std::runtime_error("cancelled");
 }
 
-TensorTrain decompose(const FieldSlabs& slabs, const Ranks& ranks, const BuildOptions& options,
+TensorTrain decompose(const FieldSlabs& slabs, const RankCaps& ranks, const BuildOptions& options,
                       const BuildProgress& progress) {
   TtSvdOptions svd;
   svd.max_rank1 = ranks.r1;
@@ -87,7 +72,7 @@ void encode(const TtSdfMap& map, const FieldSlabs& slabs, const FieldError& erro
 }
 
 BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
-                    const Ranks& ranks, const BuildProgress& progress) {
+                    const RankCaps& ranks, const BuildProgress& progress) {
   BuiltMap built;
   tell(progress, "decomposing", 0.0);
   const Stopwatch decomposing;
@@ -161,10 +146,7 @@ BuiltMap compressWithin(const SampledField& field, const FusionOptions& fusion, 
 
 BuiltMap compress(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
                   const BuildProgress& progress) {
-  buildOptionTable().validate(options);
-  if (options.target_bytes > 0 && options.target_surface_error > 0.0) {
-    throw std::invalid_argument("compress: got target_bytes and target_surface_error, wanted one of them");
-  }
+  validate(options);
   if (options.target_bytes > 0) {
     return compressWithin(
         field, fusion, options, false,

@@ -80,8 +80,8 @@ class Search {
   /// Where only near feet are asked for, cells of 2^3 samples are an eighth of the work: the steps along the
   /// surface lead to the same foot. Far out nobody takes those steps.
   void transform() {
-    side_ = std::isinf(options_.none_beyond) ? 1 : 2;
-    cells_ = (dims_ + side_ - 1) / side_;
+    shift_ = std::isinf(options_.none_beyond) ? 0 : 1;
+    cells_ = (dims_ + shift_) / (1 + shift_);
     const vigra::Shape3 shape(cells_[0], cells_[1], cells_[2]);
     corners_.reshape(shape);
     corners_.init(0);
@@ -91,9 +91,9 @@ class Search {
       for (int j = 0; j < dims_[1]; ++j) {
         for (int i = 0; i < dims_[0]; ++i, ++n) {
           if (!bins_.occupied(n)) continue;
-          const unsigned corner = side_ == 1 ? 0U : (i & 1U) | ((j & 1U) << 1) | ((k & 1U) << 2);
-          surface(i / side_, j / side_, k / side_) = 1;
-          corners_(i / side_, j / side_, k / side_) |= static_cast<std::uint8_t>(1U << corner);
+          const unsigned corner = shift_ == 0 ? 0U : (i & 1U) | ((j & 1U) << 1) | ((k & 1U) << 2);
+          surface(i >> shift_, j >> shift_, k >> shift_) = 1;
+          corners_(i >> shift_, j >> shift_, k >> shift_) |= static_cast<std::uint8_t>(1U << corner);
         }
       }
     }
@@ -171,15 +171,15 @@ class Search {
   }
 
   const Offsets& offsetAt(const Eigen::Array3i& v) const {
-    return offsets_(v[0] / side_, v[1] / side_, v[2] / side_);
+    return offsets_(v[0] >> shift_, v[1] >> shift_, v[2] >> shift_);
   }
 
   /// A surface voxel near a sample: the nearest one in the nearest cell that has any.
   Eigen::Array3i surfaceVoxel(const Eigen::Array3i& v) const {
     const Offsets& o = offsetAt(v);
-    const Eigen::Array3i cell = v / side_ + Eigen::Array3i(o[0], o[1], o[2]);
-    const Eigen::Array3i first = side_ * cell;
-    if (side_ == 1) return first;
+    if (shift_ == 0) return v + Eigen::Array3i(o[0], o[1], o[2]);
+    const Eigen::Array3i cell((v[0] >> 1) + o[0], (v[1] >> 1) + o[1], (v[2] >> 1) + o[2]);
+    const Eigen::Array3i first = 2 * cell;
     const unsigned corners = corners_(cell[0], cell[1], cell[2]);
     Eigen::Array3i nearest = first;
     int least = std::numeric_limits<int>::max();
@@ -343,7 +343,7 @@ class Search {
   const NearestSurfaceOptions& options_;
   std::vector<BinnedTriangle> triangles_;
   TriangleBins bins_;
-  int side_ = 1;  // of a cell [sample]
+  int shift_ = 0;  // cells have 1 << shift_ samples a side
   Dims cells_ = Dims::Zero();
   vigra::MultiArray<3, Offsets> offsets_;       // per cell
   vigra::MultiArray<3, std::uint8_t> corners_;  // per cell, one bit per sample: surface in its cube

@@ -9,7 +9,7 @@ namespace ttsdf {
 
 SampledField sampleField(const TsdfVolume& volume, const BuildOptions& options,
                          const BuildProgress& progress) {
-  buildOptionTable().validate(options);
+  validate(options);
   if (needsTiles(volume, options)) return sampleSurfaceTiles(volume, options, progress);
   const ProgressStep read_step(progress, "read volume");
   // One voxel more than asked for: every crossing then has its four cells.

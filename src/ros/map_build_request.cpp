@@ -58,6 +58,7 @@ BuildOptions buildOptionsOf(const ttsdf_localization::BuildMap::Request& request
   if (!(request.target_surface_error == 0.0))
     table.set(options, "target_surface_error", request.target_surface_error);
   for (const auto& pair : request.options) setFromPair(pair, options);
+  validate(options);
   return options;
 }
 

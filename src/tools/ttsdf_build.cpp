@@ -68,6 +68,11 @@ void check(const Arguments& a) {
   }
   if (!(a.depth_scale > 0.0)) throw ttsdf::UsageError("--depth-scale: wanted a number above 0");
   if (!(a.scale > 0.0)) throw ttsdf::UsageError("--scale: wanted a number above 0");
+  try {
+    ttsdf::validate(a.build);
+  } catch (const std::invalid_argument& error) {
+    throw ttsdf::UsageError(error.what());
+  }
 }
 
 ttsdf::TsdfVolume fuseFrames(const Arguments& a, ttsdf::Progress& progress, Source& source) {

@@ -36,7 +36,7 @@ void declare(ttsdf::CommandLine& line, Arguments& a) {
              "track: one start; search: many starts around the prior; global: no prior ('-').")
       .value("gravity", "GX,GY,GZ", a.gravity, "Down direction in the sensor frame (mode global).")
       .value("map-down", "X,Y,Z", a.map_down,
-             "Down direction in the map frame (mode global; default: what the map says, else 0,0,-1).")
+             "Down direction in the map frame (mode global; default: 0,0,-1).")
       .value("repeat", "N", a.repeat, "The time of a scan is the median of N registrations.")
       .value("interpolation", "KIND", a.interpolation, "trilinear, or nearest as in the paper.")
       .flag("dense", a.dense, "Uses the decompressed field, for comparison.")
@@ -70,12 +70,7 @@ class Task {
   Task(const Arguments& a, const ttsdf::TtSdfMap& map)
       : arguments_(a), registration_(makeField(a, map), a.registration) {
     if (!a.gravity.empty()) gravity_ = direction("gravity", a.gravity);
-    const auto known = map.metadata.find("map_down");
-    if (!a.map_down.empty()) {
-      map_down_ = direction("map-down", a.map_down);
-    } else if (known != map.metadata.end()) {
-      map_down_ = direction("map-down", known->second);
-    }
+    if (!a.map_down.empty()) map_down_ = direction("map-down", a.map_down);
   }
 
   ttsdf::RegistrationResult run(const ttsdf::ScanPoints& points, const Eigen::Isometry3d& T_map_prior) {

@@ -136,6 +136,12 @@ TEST_F(BuildTool, WrongUsageIsTwo) {
   expectError(runProcess("ttsdf_build", {"--output", out}), 2, {"--frames", "--mesh", "--vdb"});
   expectError(runProcess("ttsdf_build", {"--frames", "a", "--vdb", "b", "--output", out}), 2, {"got 2"});
   expectError(runProcess("ttsdf_build", {"--frames", "a"}), 2, {"--output"});
+  // Before anything is read: fusion may take hours.
+  expectError(runProcess("ttsdf_build", {"--frames", "a", "--output", out, "--max-rank", "4;5"}), 2,
+              {"max_rank", "4;5", "R1,R2"});
+  expectError(runProcess("ttsdf_build", {"--frames", "a", "--output", out, "--target-bytes", "50000",
+                                         "--target-surface-error", "0.01"}),
+              2, {"target_bytes", "target_surface_error"});
   expectError(runProcess("ttsdf_build", {"--frames", "a", "--output", out, "--voxel-size", "-1"}), 2,
               {"voxel_size", "-1"});
   expectError(build("frames", "x.ttsdf", {"--offset", "2"}), 2, {"offset"});

@@ -37,6 +37,15 @@ struct BuildOptions {
   int threads = 2;
 };
 const OptionTable<BuildOptions>& buildOptionTable();
+/// Throws std::invalid_argument for what cannot be built: to be asked before hours of fusion.
+void validate(const BuildOptions& options);
+
+/// Caps on the ranks; 0: none.
+struct RankCaps {
+  int r1 = 0, r2 = 0;
+};
+/// Of BuildOptions::max_rank. Throws std::invalid_argument for another text.
+RankCaps parseRanks(const std::string& text);
 
 class FieldBricks;
 
