@@ -13,6 +13,7 @@ PLAIN = ["--clamp-negative", "0", "--clamp-positive", "0", "--refine-iterations"
 NEAREST = "interpolation=nearest,method=gauss_newton"  # as the paper evaluates its fields
 PAPER_RANK = {"scene": 70, "object": 40}  # 70 is what the paper's memory table implies
 OUR_RANK = 40
+OBJECT_BYTES = 20000  # of our maps of objects: about what ICP's cloud of 2 cm cells takes by the paper's count
 GRAVITY_FILE = "gravity-direction.txt"
 
 
@@ -157,21 +158,32 @@ def plain_fields(kind):
 
 
 def maps(title, source, output, kind, *first_options):
-    """`first_options` go to the first map only: it is made from the frames, the others from what it saved."""
+    """`first_options` go to the first map only: it is made from the frames, the others from what it saved. Objects have
+    a finer map of ours, in a file as small as ICP's cloud, beside the one of the paper's voxels."""
     rank = PAPER_RANK[kind]
     sdf, tsdf = plain_fields(kind)
     full = ["--max-rank", 0]  # no cap: the array itself, up to rounding
     volume = ["--vdb", output / "volume.vdb"] if kind == "scene" else source
-    return [build(title, source, output, "ours", "--max-rank", OUR_RANK, *first_options),
-            build(title, volume, output, "ours_full", *full, "--refine-iterations", 0, "--encoding", "float32"),
+    uncompressed = [*full, "--refine-iterations", 0, "--encoding", "float32"]
+    if kind == "object":
+        fine = [source[0], source[1], *FINE_OBJECT_SCALE]
+        ours = [build(title, fine, output, "ours", "--target-bytes", OBJECT_BYTES),
+                build(title, fine, output, "ours_full", *uncompressed),
+                build(title, source, output, "ours_1cm", "--max-rank", OUR_RANK)]
+    else:
+        ours = [build(title, source, output, "ours", "--max-rank", OUR_RANK, *first_options),
+                build(title, volume, output, "ours_full", *uncompressed)]
+    return [*ours,
             build(title, volume, output, "tt_sdf", "--max-rank", rank, *sdf),
             build(title, volume, output, "tt_tsdf", "--max-rank", rank, *tsdf),
             build(title, volume, output, "sdf", *full, *sdf),
             build(title, volume, output, "tsdf", *full, *tsdf)]
 
 
-def field_methods(output):
+def field_methods(output, kind):
+    coarse = [f"ours_1cm=track:map={output}/ours_1cm.ttsdf"] if kind == "object" else []
     return ["prior", "ours=track", "ours_search=search", f"ours_not_compressed=track:map={output}/ours_full.ttsdf,dense=true",
+            *coarse,
             f"TT-SDF2PC=track:map={output}/tt_sdf.ttsdf,{NEAREST}", f"TT-TSDF=track:map={output}/tt_tsdf.ttsdf,{NEAREST}",
             f"SDF2PC=track:map={output}/sdf.ttsdf,dense=true,{NEAREST}",
             f"TSDF2PC=track:map={output}/tsdf.ttsdf,dense=true,{NEAREST}"]
@@ -221,11 +233,12 @@ def scene_steps(scene, output, selection):
     if scene.down:
         common.append(f"--map-down={scene.down}")
     return (list(scene.prepare) + plan
-            + sweeps(scene.name, common, folder, "scans", selection, field_methods(folder), ["ours_global=global"]))
+            + sweeps(scene.name, common, folder, "scans", selection, field_methods(folder, "scene"), ["ours_global=global"]))
 
 
 OBJECT_TRUNCATION = "0.03"
 OBJECT_SCALE = ["--voxel-size", "0.01", "--truncation", OBJECT_TRUNCATION]
+FINE_OBJECT_SCALE = ["--voxel-size", "0.005", "--truncation", "0.015"]
 OBJECT_CLOUD = ["--cell", "0.02", "--feature-cell", "0.02", "--fgr-distance", "0.02", "--ndt-resolution", "0.2",
                 "--max-correspondence-distance", "0.5"]
 
@@ -253,7 +266,8 @@ def model_steps(model, output, selection):
     for sensor in selection.sensors:
         label = "objects-exact" if sensor == "none" else f"objects-{sensor}"
         common = [*model_common(model, output, sensor, selection), "--dataset", f"{label}:{model.name}"]
-        steps += sweeps(f"{model.name} ({sensor})", common, folder, sensor, selection, field_methods(folder), [])
+        steps += sweeps(f"{model.name} ({sensor})", common, folder, sensor, selection,
+                        field_methods(folder, "object"), [])
     return steps
 
 

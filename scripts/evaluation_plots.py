@@ -9,7 +9,7 @@ import numpy as np  # noqa: E402
 from evaluation_data import KINDS, SUCCESS_DISTANCE, Sweep, condense, in_order  # noqa: E402
 
 DOTS_PER_INCH = 80
-FAMILIES = ((("ours", "ours_search", "ours_not_compressed", "ours_global"), "-", "Oranges_r"),
+FAMILIES = ((("ours", "ours_search", "ours_not_compressed", "ours_1cm", "ours_global"), "-", "Oranges_r"),
             (("TT-SDF2PC", "TT-TSDF", "SDF2PC", "TSDF2PC"), "--", "Blues_r"))  # the rest: ":", Greens
 ERROR_RANGE = (0.1, 3000.0)  # [mm], [mrad]: beyond, nothing can be told
 

@@ -2,7 +2,7 @@
 
 from evaluation_data import KINDS, Sweep
 
-OURS = ("ours", "ours_search", "ours_not_compressed", "ours_global")
+OURS = ("ours", "ours_search", "ours_not_compressed", "ours_1cm", "ours_global")
 NO_PEER = ("prior",)
 MEDIAN_MARGIN = 1.05   # at most 5 % behind the best
 RELIABLE = 0.5         # a method that fails more often than not has no median worth comparing with
