@@ -12,8 +12,8 @@ KINDS = (("translation", "m"), ("rotation", "rad"))
 NUMBERS = ("magnitude", "translation_error", "rotation_error", "ms", "cpu_ms")
 
 
-ORDER = ("prior", "ours", "ours_search", "ours_not_compressed", "ours_1cm", "ours_global", "TT-SDF2PC", "TT-TSDF", "SDF2PC", "TSDF2PC",
-         "ICP", "ICP_plane", "GICP", "NDT", "FPFH_RANSAC", "FPFH_FGR")
+ORDER = ("prior", "ours", "ours_search", "ours_not_compressed", "ours_1cm", "ours_global", "TT-SDF2PC", "TT-TSDF", "SDF2PC",
+         "TSDF2PC", "ICP", "ICP_plane", "GICP", "NDT", "FPFH_RANSAC", "FPFH_FGR")
 
 
 class DataError(Exception):
