@@ -109,8 +109,7 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
                                      LocalizationUpdate& update) {
   const Weighed weighed = weigh(scan, prior, update.registration);
   setJump(weighed, update);
-  const Matrix6d covariance =
-      withPriorInWeakDirections(update.registration.covariance, weighed.prior.covariance, 6);
+  const Matrix6d covariance = noLooserThan(update.registration.covariance, weighed.prior.covariance);
   fillPose(scan, {weighed.pose.T, covariance}, update);
   motion_.correct(scan, update.T_map_base, movedCovariance(weighed.pose.covariance, baseFromSensor(update)));
   refused_in_row_ = 0;
@@ -128,7 +127,7 @@ LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdat
   const auto& search = options_.search;
   const Matrix6d spread = isotropicCovariance(search.rotation_sigma, search.translation_sigma);
   const RegistrationResult& result = update.registration;
-  fillPose(scan, {result.T_map_sensor, withPriorInWeakDirections(result.covariance, spread, 6)}, update);
+  fillPose(scan, {result.T_map_sensor, noLooserThan(result.covariance, spread)}, update);
   update.relocalized = true;
   motion_.place(scan, update.T_map_base, update.covariance);
   guesses_.clear();

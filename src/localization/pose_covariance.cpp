@@ -73,13 +73,11 @@ PoseEstimate fused(const PoseEstimate& prior, const PoseEstimate& measured) {
   return result;
 }
 
-Matrix6d withPriorInWeakDirections(const Matrix6d& measured, const Matrix6d& prior, int weak) {
-  if (weak <= 0) return measured;
+Matrix6d noLooserThan(const Matrix6d& measured, const Matrix6d& prior) {
   // W diagonalises both at once: W^T prior W = 1 and W^T measured W = ratios, rising.
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6d> both(measured, prior);
   if (both.info() != Eigen::Success) return measured;
-  Vector6d ratios = both.eigenvalues();
-  ratios.tail(weak) = ratios.tail(weak).cwiseMin(1.0);
+  const Vector6d ratios = both.eigenvalues().cwiseMin(1.0);
   const Matrix6d W_inverse = both.eigenvectors().transpose() * prior;
   return W_inverse.transpose() * ratios.asDiagonal() * W_inverse;
 }

@@ -118,6 +118,13 @@ ttsdf::RegistrationRow registerEntry(const Arguments& a, Task& task, const ttsdf
   return row;
 }
 
+/// Before hours of work, not after them.
+std::ofstream openForWriting(const std::string& path) {
+  std::ofstream file(path);
+  if (!file) throw std::runtime_error("'" + path + "': cannot write");
+  return file;
+}
+
 int run(int argc, char** argv) {
   Arguments a;
   ttsdf::CommandLine line("ttsdf_register", "--map MAP.ttsdf --batch LIST --output OUT.csv [options]",
@@ -127,11 +134,11 @@ int run(int argc, char** argv) {
   check(a);
   const auto entries = ttsdf::readBatch(a.batch);
   Task task(a, ttsdf::loadMap(a.map));
-  std::ofstream out(a.output);
+  std::ofstream out = openForWriting(a.output);
   out << ttsdf::kRegistrationCsvHeader << '\n';
   std::ofstream uncertainty;
   if (!a.uncertainty.empty()) {
-    uncertainty.open(a.uncertainty);
+    uncertainty = openForWriting(a.uncertainty);
     ttsdf::writeUncertaintyHeader(uncertainty);
   }
   ttsdf::Progress progress;

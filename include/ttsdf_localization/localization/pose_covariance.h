@@ -34,10 +34,9 @@ PoseEstimate widened(const PoseEstimate& prior, const PoseEstimate& measured, in
 /// update): the prior counts along directions in which the measurement says little.
 PoseEstimate fused(const PoseEstimate& prior, const PoseEstimate& measured);
 
-/// Keeps `measured` but for its `weak` weakest directions (those where it is largest compared with `prior`),
-/// in which nothing better than the prior is known. Both positive definite; independent of units and of the
-/// point they are about.
-Matrix6d withPriorInWeakDirections(const Matrix6d& measured, const Matrix6d& prior, int weak);
+/// Keeps `measured` but for the directions in which `prior` is the surer one: nothing is known worse than the
+/// prior knew it. Both positive definite; independent of units and of the point they are about.
+Matrix6d noLooserThan(const Matrix6d& measured, const Matrix6d& prior);
 
 /// Symmetric, no negative eigenvalue, finite.
 bool isCovariance(const Matrix6d& covariance);
