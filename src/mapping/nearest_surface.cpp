@@ -179,17 +179,16 @@ class Search {
     const Offsets& o = offsetAt(v);
     if (shift_ == 0) return v + Eigen::Array3i(o[0], o[1], o[2]);
     const Eigen::Array3i cell((v[0] >> 1) + o[0], (v[1] >> 1) + o[1], (v[2] >> 1) + o[2]);
-    const Eigen::Array3i first = 2 * cell;
+    // Of the squared distances to the cell's corners only what the corner's bits add differs: no branches.
     const unsigned corners = corners_(cell[0], cell[1], cell[2]);
-    Eigen::Array3i nearest = first;
-    int least = std::numeric_limits<int>::max();
+    const Eigen::Array3i added = 1 - 2 * (v - 2 * cell);
+    int least = std::numeric_limits<int>::max();  // eight times that, and the corner
     for (int corner = 0; corner < 8; ++corner) {
-      if (((corners >> corner) & 1U) == 0) continue;
-      const Eigen::Array3i voxel = first + Eigen::Array3i(corner & 1, (corner >> 1) & 1, corner >> 2);
-      const int squared = (voxel - v).square().sum();
-      if (squared < least) nearest = voxel, least = squared;
+      const int sum = (corner & 1 ? added[0] : 0) + (corner & 2 ? added[1] : 0) + (corner & 4 ? added[2] : 0);
+      const int candidate = ((corners >> corner) & 1U) != 0 ? 8 * sum + corner : least;
+      least = std::min(least, candidate);
     }
-    return nearest;
+    return 2 * cell + Eigen::Array3i(least & 1, (least >> 1) & 1, (least >> 2) & 1);
   }
 
   /// Whether all surface is further from a sample than anyone cares: the cells' centres say where it can be
