@@ -52,7 +52,7 @@ TTSDF_VECTORIZE void locateChunk(const LocateArguments& in, CellChunk& cells) {
 TTSDF_VECTORIZE void interpolateChunk(const CellChunk& cells, const CornerChunk& corners, float* value,
                                       float* ga, float* gb, float* gc) {
   const int size = cells.size;
-#pragma GCC ivdep
+  TTSDF_INDEPENDENT
   for (int n = 0; n < size; ++n) {
     const float* const c = corners.value[n];
     const float u = cells.fraction[0][n], v = cells.fraction[1][n], w = cells.fraction[2][n];
@@ -81,7 +81,7 @@ TTSDF_VECTORIZE void maskCells(const CellChunk& cells, const MaskArguments& in, 
   for (int mode = 0; mode < 3; ++mode) {
     const std::int32_t last = in.last[mode], stride = in.stride[mode];
     const float cells_per_voxel = in.cells_per_voxel;
-#pragma GCC ivdep
+    TTSDF_INDEPENDENT
     for (int n = 0; n < size; ++n) {
       const std::int32_t voxel =
           std::min(cells.cell[mode][n] + (cells.fraction[mode][n] >= 0.5f ? 1 : 0), last);
@@ -105,7 +105,7 @@ TTSDF_VECTORIZE void finishChunk(const CellChunk& cells, const float (*matrix)[4
   float* const gy = out.gradient_y + begin;
   float* const gz = out.gradient_z + begin;
   PointState* const state = out.state + begin;
-#pragma GCC ivdep
+  TTSDF_INDEPENDENT
   for (int n = 0; n < size; ++n) {
     const bool keep = cells.state[n] != PointState::kOutside;  // a product would keep NaN
     const float a = keep ? ga[n] : 0.0f, b = keep ? gb[n] : 0.0f, c = keep ? gc[n] : 0.0f;
@@ -114,7 +114,7 @@ TTSDF_VECTORIZE void finishChunk(const CellChunk& cells, const float (*matrix)[4
     gy[n] = m[0][1] * a + m[1][1] * b + m[2][1] * c;
     gz[n] = m[0][2] * a + m[1][2] * b + m[2][2] * c;
   }
-#pragma GCC ivdep
+  TTSDF_INDEPENDENT
   for (int n = 0; n < size; ++n) state[n] = cells.state[n];
 }
 

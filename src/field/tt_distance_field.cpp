@@ -39,7 +39,7 @@ TTSDF_VECTORIZE void locateBricks(const CellChunk& cells, int bricks_a, int bric
 TTSDF_VECTORIZE bool lookUp(const std::uint32_t* places, const BrickChunk& where, int size,
                             std::uint32_t* number) {
   std::uint32_t missing = 0;
-#pragma GCC ivdep
+  TTSDF_INDEPENDENT
   for (int n = 0; n < size; ++n) {
     const std::uint32_t place = places[where.brick[n]];
     missing |= place == 0 ? 1u : 0u;
@@ -166,6 +166,7 @@ class TtDistanceField::Impl final : public GridField {
       for (int a = 0; a < n[0]; ++a) {
         for (int c = 0; c < n[2]; ++c) {
           const auto id = idOf(a, b, c);
+          if (from >= 0.0f && bricks_.size() == bricks_.capacity()) return;
           if (from >= 0.0f && (distances[id] <= from || distances[id] > to)) continue;
           decoder_.decode(a, b, c, samples);
           if (from < 0.0f) {

@@ -13,6 +13,8 @@
 #include "ttsdf_localization/mapping/field_bricks.h"
 
 namespace ttsdf {
+
+static_assert(kSlabColumns % FieldBricks::kSide == 0, "portions of a slab begin at bricks");
 namespace {
 
 using Eigen::Index;

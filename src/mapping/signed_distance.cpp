@@ -65,7 +65,7 @@ std::vector<std::uint8_t> trianglesAtBorder(const ObservedSurface& surface) {
   std::vector<std::uint8_t> at_border = surface.border_edges;
   for (std::size_t n = 0; n < at_border.size(); ++n) {
     const Eigen::Vector3i t = surface.mesh.triangles.col(static_cast<Eigen::Index>(n));
-    for (const int vertex : t) at_border[n] |= surface.border_vertex[static_cast<std::size_t>(vertex)];
+    for (int c = 0; c < 3; ++c) at_border[n] |= surface.border_vertex[static_cast<std::size_t>(t[c])];
   }
   return at_border;
 }

@@ -108,7 +108,8 @@ TTSDF_VECTORIZE void sumWindow(const float* const rows[2 * kMaxReach + 1], int r
       for (int u = 0; u < kRun; ++u) {
         const float difference = neighbour[u] - centre[u];
         const std::int32_t outside = bits(limit[u] - difference) | bits(limit[u] + difference);
-        const std::int32_t none = bits(neighbour[u]) - 1;  // no reading is zero, readings are positive
+        const auto none = static_cast<std::int32_t>(static_cast<std::uint32_t>(bits(neighbour[u])) -
+                                                    1u);  // no reading is zero, readings are positive
         const std::int32_t same = ~((outside | none) >> 31);
         m[u] = number(same & bits(1.0F));
         md[u] = number(same & bits(difference));

@@ -43,7 +43,8 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
       OptionTable<O>()
           .add("method", &O::method, {"robust", "gauss_newton"},
                "Levenberg-Marquardt with a robust kernel, or plain Gauss-Newton as in the paper")
-          .add("max_iterations", &O::max_iterations, 1, 1000, "", "Evaluations of the scan at the most")
+          .add("max_iterations", &O::max_iterations, 1, 1000, "",
+               "Evaluations of the scan at the most, but for a narrower kernel")
           .add("rotation_epsilon", &O::rotation_epsilon, 0.0, 0.1, "rad", "A step that turns less ...")
           .add("translation_epsilon", &O::translation_epsilon, 0.0, 0.1, "m",
                "... and moves less ends the iteration")
@@ -52,9 +53,10 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
           .add("kernel_scale_start", &O::kernel_scale_start, 0.001, 10.0, "m",
                "Largest Geman-McClure scale; the first iterations start here or at the scan's own residual")
           .add("kernel_scale_end", &O::kernel_scale_end, 0.001, 10.0, "m",
-               "Geman-McClure scale of the last iterations ...")
+               "Geman-McClure scale of the last iterations")
           .add("kernel_scale_least", &O::kernel_scale_least, 0.0005, 10.0, "m",
-               "... but down to this where the scan fits so well: six times the spread of its residuals")
+               "Scans that fit better than kernel_scale_end supposes are refined with a kernel of six times "
+               "the spread of their residuals, at least this; as kernel_scale_end: never")
           .add("inlier_distance", &O::inlier_distance, 0.001, 1.0, "m",
                "A point nearer to the surface is an inlier")
           .add("min_inlier_ratio", &O::min_inlier_ratio, 0.0, 1.0, "",
@@ -123,9 +125,11 @@ class Registration::Impl {
           " m, wanted at most kernel_scale_start (" + std::to_string(options_.kernel_scale_start) + " m)");
     }
     facing_ = options_.check_facing && options_.method == "robust" && hasInside(*field_);
-    const bool wanted = options_.long_range && options_.method == "robust", alone = !long_range_;
-    if (wanted && !long_range_) long_range_ = makeLongRangeField(*field_);
-    if (alone) field_->warmUp();  // after the far field, which passes through the whole map
+    const bool wanted = options_.long_range && options_.method == "robust";
+    if (wanted && !long_range_) {
+      long_range_ = makeLongRangeField(*field_);
+      field_->warmUp();  // whose cache is full of far places now
+    }
     pulls_in_ = wanted && long_range_;
   }
 
@@ -221,13 +225,20 @@ class Registration::Impl {
       const double spread =
           residualSpread(*field_, scan_, scan_.prefix(kMiddlePoints), best.T_map_sensor, model(scale));
       const double narrower = std::max(kKernelSigmas * spread, options_.kernel_scale_least);
-      if (narrower > 0.8 * scale) return;
+      if (narrower > 0.8 * scale) break;
       scale = narrower;
       StageOptions stage = finalStage();
       stage.model = model(scale);
       stage.max_iterations = std::min(kSharpenIterations, options_.max_iterations);
-      best = levenbergMarquardt(*field_, scan_, best.T_map_sensor, stage);
-      iterations += best.iterations;
+      const StageResult narrow = levenbergMarquardt(*field_, scan_, best.T_map_sensor, stage);
+      iterations += narrow.iterations;
+      if (!narrow.solvable) break;
+      best.T_map_sensor = narrow.T_map_sensor;
+    }
+    // What the scan says about the pose is told with the wide kernel, whatever refined it.
+    if (scale < options_.kernel_scale_end) {
+      best.equations =
+          linearize(*field_, scan_, scan_.size(), best.T_map_sensor, model(options_.kernel_scale_end));
     }
   }
 

@@ -33,7 +33,7 @@ TTSDF_VECTORIZE void transformChunk(const float* px, const float* py, const floa
                                     ResidualChunk& c) {
   const KernelPose T = pose;
   const int size = c.size;
-#pragma GCC ivdep
+  TTSDF_INDEPENDENT
   for (int n = 0; n < size; ++n) {
     const float x = px[n], y = py[n], z = pz[n];
     const float lx = T.R[0][0] * x + T.R[0][1] * y + T.R[0][2] * z;
@@ -49,7 +49,7 @@ TTSDF_VECTORIZE void residualChunk(ResidualChunk& c, const KernelConstants& cons
   const int size = c.size;
   const float ray_x = c.ray[0], ray_y = c.ray[1], ray_z = c.ray[2];
   const float* const trust = c.trust;
-#pragma GCC ivdep
+  TTSDF_INDEPENDENT
   for (int n = 0; n < size; ++n) {
     // The gradient points to the free side, so a ray along it would have come through matter; deep inside it
     // has to point to the sensor.
@@ -59,7 +59,7 @@ TTSDF_VECTORIZE void residualChunk(ResidualChunk& c, const KernelConstants& cons
     const float faces = along * __builtin_fabsf(along) > most ? 0.0f : 1.0f;
     c.valid[n] = c.state[n] == PointState::kValid ? faces : 0.0f;
   }
-#pragma GCC ivdep
+  TTSDF_INDEPENDENT
   for (int n = 0; n < size; ++n) {
     const float valid = c.valid[n], weight = valid * trust[n], r = c.value[n], r2 = r * r;
     const float q = k.scale2 / (r2 + k.scale2);
@@ -68,7 +68,7 @@ TTSDF_VECTORIZE void residualChunk(ResidualChunk& c, const KernelConstants& cons
     c.score[n] = valid * r2 / (r2 + k.score2);
     c.inlier[n] = r2 < k.inlier2 ? valid : 0.0f;
   }
-#pragma GCC ivdep
+  TTSDF_INDEPENDENT
   for (int n = 0; n < size; ++n) {
     const float g2 = c.gx[n] * c.gx[n] + c.gy[n] * c.gy[n] + c.gz[n] * c.gz[n];
     const float longer = g2 > 1.0f ? g2 : 1.0f;

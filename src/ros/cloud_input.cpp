@@ -3,6 +3,7 @@
 #include <ros/names.h>
 #include <tf2_ros/message_filter.h>
 
+#include <algorithm>
 #include <boost/bind/bind.hpp>
 #include <boost/make_shared.hpp>
 #include <exception>
@@ -48,9 +49,12 @@ CloudInput::CloudInput(ros::NodeHandle& node, tf2_ros::Buffer& buffer, const Fra
   filter_ = std::make_unique<Filter>(buffer, "", static_cast<std::uint32_t>(frames.tf_queue_size), node);
   filter_->setTargetFrames(target_frames_);
   filter_->registerCallback(boost::function<void(const boost::shared_ptr<const CloudScan>&)>(
-      [this](const boost::shared_ptr<const CloudScan>& scan) { onReady(scan); }));
+      [this](const boost::shared_ptr<const CloudScan>& scan) {
+        if (!wasRescued(scan)) onReady(scan);
+      }));
   filter_->registerFailureCallback(
       [this](const boost::shared_ptr<const CloudScan>& scan, tf2_ros::FilterFailureReason reason) {
+        if (wasRescued(scan)) return;
         onDropped(scan, reason == tf2_ros::filter_failure_reasons::OutTheBack
                             ? "the cloud is older than the transforms kept"
                             : "its transforms did not come in time");
@@ -70,6 +74,7 @@ void CloudInput::clear() {
   const std::lock_guard<std::mutex> lock(mutex_);
   last_ready_stamp_ = last_bridged_stamp_ = ros::Time();
   waiting_.reset();
+  rescued_.clear();
 }
 
 void CloudInput::setCloudOptions(const CloudOptions& options) {
@@ -129,8 +134,33 @@ void CloudInput::onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
     const std::lock_guard<std::mutex> lock(mutex_);
     waiting_ = scan->header;
   }
+  if (hasTransforms(*scan)) {
+    onReady(scan);
+    return;
+  }
   filter_->add(boost::shared_ptr<const CloudScan>(scan));
+  // tf2's filter forgets a message whose transform comes while it is being added.
+  if (hasTransforms(*scan)) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (scan->header.stamp <= last_ready_stamp_) return;
+      rescued_.insert(scan);
+    }
+    onReady(scan);
+    return;
+  }
   goOnWithoutOdometry(scan);
+}
+
+bool CloudInput::hasTransforms(const CloudScan& scan) const {
+  return std::all_of(target_frames_.begin(), target_frames_.end(), [&](const std::string& target) {
+    return buffer_.canTransform(target, scan.header.frame_id, scan.header.stamp);
+  });
+}
+
+bool CloudInput::wasRescued(const boost::shared_ptr<const CloudScan>& scan) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return rescued_.erase(scan) > 0;
 }
 
 void CloudInput::onReady(const boost::shared_ptr<const CloudScan>& scan) {

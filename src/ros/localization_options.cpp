@@ -18,8 +18,7 @@ const OptionTable<FrameOptions>& frameOptionTable() {
           .add("global_frame_id", &O::global_frame_id, {}, "Frame of the map.")
           .add("odom_frame_id", &O::odom_frame_id, {},
                "Frame of the odometry. none (or empty): there is none, and global_frame_id -> base_frame_id "
-               "is "
-               "published.")
+               "is published.")
           .add("base_frame_id", &O::base_frame_id, {}, "Frame whose pose is estimated.")
           .add("tf_broadcast", &O::tf_broadcast,
                "Publish the transform; the pose topics are published anyway.")
@@ -43,7 +42,7 @@ const OptionTable<MapSourceOptions>& mapSourceOptionTable() {
           .add("map_file", &O::map_file, {},
                "Map file to load at the start. Empty: wait for ~load_map or ~set_map.")
           .add("cache_megabytes", &O::cache_megabytes, 0.0, 100000.0, "MB",
-               "Memory for contracted columns of the map; less is slower.");
+               "Memory for decoded parts of the map, besides 4 bytes per 343 voxels; less is slower.");
   return table;
 }
 

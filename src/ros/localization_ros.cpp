@@ -243,6 +243,7 @@ void LocalizationRos::putMapIntoUse(LoadedMap map) {
   }
   ROS_INFO_STREAM_NAMED(name_, name_ << ": " << map.summary);
   localizer_.setMap(std::move(map.map));
+  ++orders_;
   map_id_ = map.map_id;
   map_summary_ = map.summary;
   map_message_ = std::move(map.message);

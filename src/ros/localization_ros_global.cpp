@@ -96,7 +96,8 @@ void LocalizationRos::awaitPose(std::uint64_t order,
   response.score = global_outcome_->registration.score;
   response.runner_up_score = global_outcome_->registration.runner_up_score;
   if (global_outcome_->reason != RefusalReason::kNone) throw std::runtime_error(global_outcome_->message);
-  while (!pose_since_global_) {
+  // The order first: a pose that another one gave is not this one's.
+  while (order != orders_ || !pose_since_global_) {
     checkConfirming(order, deadline);
     status_changed_.wait_for(lock, kLook);
   }
@@ -107,7 +108,8 @@ void LocalizationRos::awaitPose(std::uint64_t order,
 void LocalizationRos::checkConfirming(std::uint64_t order, const ros::WallTime& deadline) const {
   const std::string found = "global localization found a place that is not confirmed: ";
   if (stopping_) throw std::runtime_error(found + "the node stops");
-  if (order != orders_) throw std::runtime_error(found + "overtaken by another pose, a search or a reset");
+  if (order != orders_)
+    throw std::runtime_error(found + "overtaken by another pose, a search, a map or a reset");
   if (paused_) throw std::runtime_error(found + "paused");
   if (localizer_.state() != LocalizerState::kRelocalizing) throw std::runtime_error(found + status_.message);
   const std::string stuck = whyNoScan();

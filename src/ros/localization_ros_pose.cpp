@@ -1,4 +1,4 @@
-// Poses from outside, and global localization.
+// Poses from outside.
 
 #include <exception>
 #include <utility>

@@ -21,18 +21,17 @@ LoadedMap prepareMap(const std::vector<std::uint8_t>& bytes, const MapSourceOpti
   const TtSdfMap map = deserialize(bytes.data(), bytes.size());
   TtFieldOptions field_options;
   field_options.cache_megabytes = options.cache_megabytes;
-  std::shared_ptr<TtDistanceField> field = makeField(map, field_options);
   LoadedMap loaded;
+  loaded.map = Localizer::prepare(makeField(map, field_options), registration);
   loaded.map_id = info.map_id;
   loaded.frame_id = map.frame_id;
   loaded.message = toMapMessage(bytes, map.frame_id);
   std::ostringstream text;
   text << "map " << info.map_id << ": " << map.geometry.dims.transpose() << " voxels of "
        << map.geometry.voxel_size << " m, ranks " << map.train.rank1() << ' ' << map.train.rank2() << ", "
-       << info.file_bytes << " bytes (" << name(info.encoding) << "), " << field->memoryBytes()
+       << info.file_bytes << " bytes (" << name(info.encoding) << "), " << loaded.map.field->memoryBytes()
        << " bytes in memory";
   loaded.summary = text.str();
-  loaded.map = Localizer::prepare(std::move(field), registration);
   return loaded;
 }
 
@@ -117,7 +116,12 @@ void MapSource::callService() {
       continue;
     }
     ttsdf_localization::GetMap call;
-    const bool answered = callOnce(service, call);
+    bool answered = false;
+    try {
+      answered = callOnce(service, call);
+    } catch (const ros::serialization::StreamOverrunException& error) {
+      failed_("service '" + service + "' sent a damaged answer: " + error.what());
+    }
     if (stop_) return;
     if (!answered) {
       failed_("service '" + service + "' could not be called");

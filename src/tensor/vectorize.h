@@ -12,3 +12,12 @@
 #else
 #define TTSDF_VECTORIZE
 #endif
+
+// Before a loop whose iterations do not depend on each other, though the compiler could not know.
+#if defined(__clang__)
+#define TTSDF_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define TTSDF_INDEPENDENT _Pragma("GCC ivdep")
+#else
+#define TTSDF_INDEPENDENT
+#endif

@@ -136,7 +136,7 @@ TEST(TtDistanceField, WarmUpReplacesWhatAPassThroughTheWholeMapLeft) {
   GridGeometry geometry = turnedGeometry(dims);
   geometry.voxel_size = 1.0 / dims.maxCoeff();
   const TensorTrain train = lowRank(dims, 25);
-  const TtFieldOptions few = withCache(0.4);  // less than the map has
+  const TtFieldOptions few = withCache(0.2);  // 150 bricks of 2 kB would be more
   TtDistanceField passed(train, geometry, {}, few);
   const TtDistanceField untouched(train, geometry, {}, few);
   Eigen::Matrix3Xf lattice(3, dims.prod());
@@ -145,6 +145,7 @@ TEST(TtDistanceField, WarmUpReplacesWhatAPassThroughTheWholeMapLeft) {
     lattice.col(n) = geometry.samplePosition(index).cast<float>();
   }
   passed.evaluate(lattice);
+  EXPECT_GT(passed.cacheBytes(), 150000u);
   passed.warmUp(), untouched.warmUp();
   EXPECT_EQ(passed.cacheBytes(), untouched.cacheBytes());
   expectSame(passed.evaluate(lattice), untouched.evaluate(lattice));

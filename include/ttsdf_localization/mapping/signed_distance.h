@@ -38,9 +38,9 @@ struct SignedDistance {
   std::vector<std::uint8_t> supported;  ///< the value means something
 };
 
-/// Sign and support of every sample, of which `sides` are known. `surface` in index coordinates of `geometry`. Samples without a triangle
-/// (NearestSurfaceOptions::none_beyond) need both clamps: they are free space at the positive one, or
-/// unknown.
+/// Sign and support of every sample, of which `sides` are known. `surface` in index coordinates of
+/// `geometry`. Samples without a triangle (NearestSurfaceOptions::none_beyond) need both clamps: they are
+/// free space at the positive one, or unknown.
 SignedDistance signedDistance(std::vector<SideReading> sides, const ObservedSurface& surface,
                               const NearestSurface& nearest, const GridGeometry& geometry,
                               const SignedDistanceOptions& options);

@@ -33,8 +33,8 @@ struct RegistrationOptions {
   double translation_epsilon = 1e-4;  ///< ... and moves less [m]
   double cost_epsilon = 1e-4;         ///< ... or the cost falls by less than this share
   double kernel_scale_start = 2.0;    ///< Geman-McClure scale of the first iterations [m]
-  double kernel_scale_end = 0.05;     ///< and of the last ones [m] ...
-  double kernel_scale_least = 0.004;  ///< ... narrower, down to this, where residuals are small [m]
+  double kernel_scale_end = 0.05;     ///< and of the last ones [m]
+  double kernel_scale_least = 0.004;  ///< narrower, down to this, where residuals are small [m]
   double inlier_distance = 0.05;      ///< |f| below this is an inlier [m]
   double min_inlier_ratio = 0.4;      ///< of the points in known space; fewer is no success
   double min_known_ratio = 0.2;       ///< share of points in known space that is needed

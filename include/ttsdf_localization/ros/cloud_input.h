@@ -12,6 +12,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,9 @@ class CloudInput {
   void onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud);
   void onReady(const boost::shared_ptr<const CloudScan>& scan);
   void onDropped(const boost::shared_ptr<const CloudScan>& scan, const std::string& why);
+  bool hasTransforms(const CloudScan& scan) const;
+  /// Whether a scan of the filter went on without it; forgets that.
+  bool wasRescued(const boost::shared_ptr<const CloudScan>& scan);
   void noLongerWaiting(const std_msgs::Header& header);
   void goOnWithoutOdometry(const boost::shared_ptr<const CloudScan>& scan);
   std::string checkHeader(const std_msgs::Header& header) const;
@@ -84,7 +88,9 @@ class CloudInput {
   CloudCounts counts_;
   ros::Time last_ready_stamp_;               ///< newest scan with all its transforms; zero: none yet
   std::optional<std_msgs::Header> waiting_;  ///< newest cloud, while it waits for its transforms
-  ros::Time last_bridged_stamp_;             ///< newest scan that went on without odometry
+  /// Scans that went on without the filter while it has them still; it drops them sooner or later.
+  std::set<boost::shared_ptr<const CloudScan>> rescued_;
+  ros::Time last_bridged_stamp_;  ///< newest scan that went on without odometry
   std::unique_ptr<Filter> filter_;
   ros::Subscriber subscriber_;
 };

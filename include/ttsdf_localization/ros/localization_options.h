@@ -26,7 +26,7 @@ struct FrameOptions {
 struct MapSourceOptions {
   std::string map_source = "file";  ///< file | topic (ttsdf_map) | service (get_map)
   std::string map_file;             ///< "": wait for ~load_map or ~set_map
-  double cache_megabytes = 24.0;    ///< memory for contracted columns of the map
+  double cache_megabytes = 24.0;    ///< memory for decoded parts of the map
 };
 
 /// Pose at the start.
