@@ -27,7 +27,6 @@ TEST(BuildOptionsOf, EveryFieldOverrides) {
   request.tolerance = 0.25;
   request.encoding = "float32";
   request.target_bytes = 100000;
-  request.target_surface_error = 0.008;
   request.options = {"margin=0.5", "align_axes=false", "max_rank=9"};
   const BuildOptions options = buildOptionsOf(request, BuildOptions());
   EXPECT_EQ(options.field, "tsdf");
@@ -35,7 +34,6 @@ TEST(BuildOptionsOf, EveryFieldOverrides) {
   EXPECT_EQ(options.tolerance, 0.25);
   EXPECT_EQ(options.encoding, "float32");
   EXPECT_EQ(options.target_bytes, 100000);
-  EXPECT_EQ(options.target_surface_error, 0.008);
   EXPECT_EQ(options.margin, 0.5);
   EXPECT_FALSE(options.align_axes);
 }
@@ -47,6 +45,14 @@ std::string errorOf(const Request& request) {
     return error.what();
   }
   return "";
+}
+
+TEST(BuildOptionsOf, TakesOneTargetAtATime) {
+  Request request;
+  request.target_surface_error = 0.008;
+  EXPECT_EQ(buildOptionsOf(request, BuildOptions()).target_surface_error, 0.008);
+  request.target_bytes = 100000;
+  EXPECT_NE(errorOf(request).find("target"), std::string::npos) << errorOf(request);
 }
 
 TEST(BuildOptionsOf, NamesABadValue) {
