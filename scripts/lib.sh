@@ -49,9 +49,20 @@ build_jobs() {
   echo $((cores < by_memory ? cores : by_memory))
 }
 
-# A TCP port nobody listens on.
+# A TCP port nobody listens on, below those that the system gives to outgoing connections: who asks for a master that is
+# not up yet could be given its port, and be connected to himself.
 free_port() {
-  /usr/bin/python3 -c 'import socket; s = socket.socket(); s.bind(("", 0)); print(s.getsockname()[1])'
+  /usr/bin/python3 - <<'PYTHON'
+import random, socket
+for port in random.sample(range(12000, 30000), 1000):
+    try:
+        with socket.socket() as s:
+            s.bind(("", port))
+    except OSError:
+        continue
+    print(port)
+    break
+PYTHON
 }
 
 # The environment of the development space that scripts/build made.
