@@ -83,7 +83,7 @@ Eigen::AlignedBox3d observedBox(const ttsdf::AnalyticScene& scene, double share)
 
 /// What cameras inside see: rooms, corridors and the window reveals up to 0.2 m before the outer faces.
 ttsdf::TsdfVolume observeInside(const ttsdf::AnalyticScene& scene, double share,
-                               const ttsdf::FusionOptions& options) {
+                                const ttsdf::FusionOptions& options) {
   const double h = options.voxel_size;
   const Eigen::AlignedBox3d box = observedBox(scene, share);
   const Eigen::Array3i begin = (box.min() / h).array().round().cast<int>();

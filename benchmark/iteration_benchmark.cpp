@@ -101,8 +101,8 @@ void forgetCaches() {
 
 enum class Start { kWarm, kFirst, kFirstCold };
 
-/// A whole registration from 0.1 m: again and again (kWarm); the first one after a map was made ready (kFirst);
-/// that with nothing left in the processor's caches, as after a long pause (kFirstCold).
+/// A whole registration from 0.1 m: again and again (kWarm); the first one after a map was made ready
+/// (kFirst); that with nothing left in the processor's caches, as after a long pause (kFirstCold).
 void scan(benchmark::State& state, Start start) {
   const auto& points = ttsdf::benchmarkScan().points;
   const auto prior = movedPrior(0.1);

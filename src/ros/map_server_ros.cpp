@@ -12,9 +12,9 @@ MapServerRos::MapServerRos(ros::NodeHandle nh, const std::string& map_file) : ma
   }
   const auto held = map_.held();
   const auto& dims = held->map->geometry.dims;
-  ROS_INFO_STREAM("Serving map " << held->message.map_id << " (" << map_file << ", " << held->message.data.size()
-                                 << " bytes, " << dims[0] << " x " << dims[1] << " x " << dims[2]
-                                 << " voxels) in frame '" << held->map->frame_id << "'");
+  ROS_INFO_STREAM("Serving map " << held->message.map_id << " (" << map_file << ", "
+                                 << held->message.data.size() << " bytes, " << dims[0] << " x " << dims[1]
+                                 << " x " << dims[2] << " voxels) in frame '" << held->map->frame_id << "'");
 }
 
 }  // namespace ttsdf
