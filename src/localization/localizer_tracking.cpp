@@ -27,24 +27,26 @@ PoseEstimate atSensor(const LocalizerScan& scan, const Prediction& prior) {
                                         T_map_sensor.translation() - prior.T_map_base.translation())};
 }
 
-/// Where the scan says the sensor is, weighed against the prior: what is published if it is believed.
-struct Weighed {
-  PoseEstimate prior;  ///< widened where the scan contradicts it
-  PoseEstimate pose;
-};
-Weighed weigh(const LocalizerScan& scan, const Prediction& prior, const RegistrationResult& result) {
-  const PoseEstimate measured{result.T_map_sensor, result.covariance};
-  const PoseEstimate before = widened(atSensor(scan, prior), measured, result.weak_directions);
-  return {before, fused(before, measured)};
-}
-
-PoseError setJump(const Weighed& weighed, LocalizationUpdate& update) {
-  const PoseError jump = poseError(weighed.prior.T, weighed.pose.T);
+PoseError setJump(const PoseEstimate& prior, const PoseEstimate& pose, LocalizationUpdate& update) {
+  const PoseError jump = poseError(prior.T, pose.T);
   update.jump_translation = jump.translation;
   update.jump_rotation = jump.rotation;
   return jump;
 }
 }  // namespace
+
+/// Where the scan says the sensor is, weighed against the prior: what is published if it is believed.
+struct Localizer::Weighed {
+  PoseEstimate prior;  ///< widened where the scan contradicts it
+  PoseEstimate pose;
+};
+
+Localizer::Weighed Localizer::weigh(const LocalizerScan& scan, const Prediction& prior,
+                                    const RegistrationResult& result) {
+  const PoseEstimate measured{result.T_map_sensor, result.covariance};
+  const PoseEstimate before = ttsdf::widened(atSensor(scan, prior), measured, result.weak_directions);
+  return {before, fused(before, measured)};
+}
 
 LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
   LocalizationUpdate update = blank(scan);
@@ -54,13 +56,15 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
   update.registration = alignNear(scan, *prior);
   update.registered = true;
   Refusal refusal = checkTermination(update.registration);
+  std::optional<Weighed> weighed;
   if (!refusal) {
-    const PoseError jump = setJump(weigh(scan, *prior, update.registration), update);
+    weighed = weigh(scan, *prior, update.registration);
+    const PoseError jump = setJump(weighed->prior, weighed->pose, update);
     refusal = checkFit(update.registration, options_.gates, trackingInliers());
     if (!refusal) refusal = checkJump(jump, options_.gates);
   }
   if (!refusal) refusal = checkPlausible(scan, *prior, update.registration);
-  if (!refusal) return accept(scan, *prior, update);
+  if (!refusal) return accept(scan, *weighed, update);
 
   if (!saysNothing(refusal.reason) && searchDue(scan.stamp, options_.recovery.search_period)) {
     const Prediction spread{prior->T_map_base,
@@ -71,7 +75,7 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
     if (!judgeNearLast(found) && found.registration.score < update.registration.score &&
         !checkPlausible(scan, *prior, found.registration)) {
       found.relocalized = true;
-      return accept(scan, *prior, found);
+      return accept(scan, weigh(scan, *prior, found.registration), found);
     }
   }
   return refuse(scan, refusal, update);
@@ -105,10 +109,9 @@ RegistrationResult Localizer::alignNear(const LocalizerScan& scan, const Predict
   return far.score < near.score && !checkPlausible(scan, prior, far) ? far : near;
 }
 
-LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction& prior,
+LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Weighed& weighed,
                                      LocalizationUpdate& update) {
-  const Weighed weighed = weigh(scan, prior, update.registration);
-  setJump(weighed, update);
+  setJump(weighed.prior, weighed.pose, update);
   const Matrix6d covariance = noLooserThan(update.registration.covariance, weighed.prior.covariance);
   fillPose(scan, {weighed.pose.T, covariance}, update);
   motion_.correct(scan, update.T_map_base, movedCovariance(weighed.pose.covariance, baseFromSensor(update)));

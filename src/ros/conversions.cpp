@@ -90,6 +90,11 @@ Matrix6d fromCovarianceMessage(const boost::array<double, 36>& message) {
 
 ttsdf_localization::TtSdfMap toMapMessage(std::vector<std::uint8_t> bytes, const std::string& frame_id) {
   const TtSdfMap map = deserialize(bytes.data(), bytes.size());
+  return toMapMessage(map, std::move(bytes), frame_id);
+}
+
+ttsdf_localization::TtSdfMap toMapMessage(const TtSdfMap& map, std::vector<std::uint8_t> bytes,
+                                          const std::string& frame_id) {
   ttsdf_localization::TtSdfMap message;
   message.header.frame_id = frame_id;
   message.map_id = fileInfo(bytes.data(), bytes.size()).map_id;

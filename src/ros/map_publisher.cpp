@@ -15,7 +15,7 @@ MapPublisher::MapPublisher(ros::NodeHandle nh)
 std::string MapPublisher::set(std::vector<std::uint8_t> bytes) {
   auto held = std::make_shared<Held>();
   held->map = std::make_shared<TtSdfMap>(deserialize(bytes.data(), bytes.size()));
-  held->message = toMapMessage(std::move(bytes), held->map->frame_id);
+  held->message = toMapMessage(*held->map, std::move(bytes), held->map->frame_id);
   held->message.header.stamp = ros::Time::now();
   {
     const std::lock_guard<std::mutex> lock(mutex_);

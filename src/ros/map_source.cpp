@@ -25,7 +25,7 @@ LoadedMap prepareMap(const std::vector<std::uint8_t>& bytes, const MapSourceOpti
   loaded.map = Localizer::prepare(makeField(map, field_options), registration);
   loaded.map_id = info.map_id;
   loaded.frame_id = map.frame_id;
-  loaded.message = toMapMessage(bytes, map.frame_id);
+  loaded.message = toMapMessage(map, bytes, map.frame_id);
   std::ostringstream text;
   text << "map " << info.map_id << ": " << map.geometry.dims.transpose() << " voxels of "
        << map.geometry.voxel_size << " m, ranks " << map.train.rank1() << ' ' << map.train.rank2() << ", "

@@ -110,7 +110,9 @@ class Localizer {
   /// Whether the prior may be meant by this pose; if not, the pose has to be found and confirmed.
   Refusal checkPlausible(const LocalizerScan& scan, const Prediction& prior,
                          const RegistrationResult& result) const;
-  LocalizationUpdate accept(const LocalizerScan& scan, const Prediction& prior, LocalizationUpdate& update);
+  struct Weighed;
+  static Weighed weigh(const LocalizerScan& scan, const Prediction& prior, const RegistrationResult& result);
+  LocalizationUpdate accept(const LocalizerScan& scan, const Weighed& weighed, LocalizationUpdate& update);
   /// A pose found: believed after the confirmation scans that agree for at least `seconds`, by the inlier
   /// ratio it was found with.
   LocalizationUpdate place(const LocalizerScan& scan, LocalizationUpdate& update, double min_inlier_ratio,

@@ -28,6 +28,9 @@ Matrix6d fromCovarianceMessage(const boost::array<double, 36>& covariance);
 
 /// The file's bytes and their summary. Throws MapFormatError for bytes that are no map.
 ttsdf_localization::TtSdfMap toMapMessage(std::vector<std::uint8_t> bytes, const std::string& frame_id);
+/// The same of a map that was decoded from them already.
+ttsdf_localization::TtSdfMap toMapMessage(const TtSdfMap& map, std::vector<std::uint8_t> bytes,
+                                          const std::string& frame_id);
 /// Decodes and checks the bytes; the summary is not trusted. Throws MapFormatError.
 TtSdfMap fromMapMessage(const ttsdf_localization::TtSdfMap& message);
 
