@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <map>
 
+#include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/field/tt_distance_field.h"
 #include "ttsdf_localization/simulation/depth_camera.h"
 #include "ttsdf_localization/simulation/scene_sampling.h"
 #include "ttsdf_localization/simulation/worlds.h"
-#include "ttsdf_localization/tensor/tt_svd.h"
 
 namespace ttsdf {
 

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "ttsdf_localization/field/dense_distance_field.h"
-#include "ttsdf_localization/mapping/depth_image.h"
+#include "ttsdf_localization/frames/depth_image.h"
 #include "ttsdf_localization/registration/registration.h"
 #include "ttsdf_localization/simulation/analytic_scene.h"
 #include "ttsdf_localization/tensor/tensor_train.h"

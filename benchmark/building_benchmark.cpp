@@ -14,8 +14,8 @@
 #include <random>
 #include <string>
 
-#include "ttsdf_localization/mapping/ideal_volume.h"
 #include "ttsdf_localization/mapping/map_builder.h"
+#include "ttsdf_localization/signed_field/ideal_volume.h"
 #include "ttsdf_localization/simulation/scene_sampling.h"
 #include "ttsdf_localization/simulation/worlds.h"
 #include "ttsdf_localization/tools/command_line.h"

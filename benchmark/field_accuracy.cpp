@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "ttsdf_localization/mapping/ideal_volume.h"
 #include "ttsdf_localization/mapping/map_builder.h"
+#include "ttsdf_localization/signed_field/ideal_volume.h"
 #include "ttsdf_localization/simulation/scene_sampling.h"
 #include "ttsdf_localization/simulation/simulated_rig.h"
 #include "ttsdf_localization/tools/command_line.h"

@@ -7,9 +7,9 @@
 
 #include "../src/registration/minimizer.h"
 #include "benchmark_world.h"
+#include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/field/tt_distance_field.h"
 #include "ttsdf_localization/simulation/scene_sampling.h"
-#include "ttsdf_localization/tensor/tt_svd.h"
 
 namespace {
 

@@ -8,31 +8,25 @@ ttsdf_library(ttsdf_core
   SOURCES
     src/options/option_table.cpp
     src/map/tt_sdf_map.cpp
-    src/map/byte_io.cpp
-    src/map/byte_compression.cpp
-    src/map/mask_coding.cpp
-    src/map/map_sections.cpp
-    src/map/map_container.cpp
-    src/map/cosine_transform.cpp
-    src/map/train_gauge.cpp
-    src/map/magnitude_tables.cpp
-    src/map/coefficient_coder.cpp
-    src/map/quantized_cores.cpp
-    src/map/live_components.cpp
-    src/map/core_quantizer.cpp
-    src/map/encoding.cpp
+    src/map/format/byte_io.cpp
+    src/map/codec/byte_compression.cpp
+    src/map/codec/mask_coding.cpp
+    src/map/format/map_sections.cpp
+    src/map/format/map_container.cpp
+    src/map/codec/cosine_transform.cpp
+    src/map/codec/train_gauge.cpp
+    src/map/codec/magnitude_tables.cpp
+    src/map/codec/coefficient_coder.cpp
+    src/map/codec/quantized_cores.cpp
+    src/map/codec/live_components.cpp
+    src/map/codec/core_quantizer.cpp
+    src/map/format/encoding.cpp
     src/map/map_io.cpp
     src/map/map_file.cpp
-    src/map/dense_slabs.cpp
-    src/map/sparse_fit.cpp
-    src/map/compact_map.cpp
     src/geometry/se3.cpp
     src/tensor/dense_tensor.cpp
     src/tensor/tensor_train.cpp
-    src/tensor/gram.cpp
-    src/tensor/tt_svd.cpp
     src/tensor/gemm.cpp
-    src/tensor/tt_weighted.cpp
     src/field/support_mask.cpp
     src/field/grid_geometry.cpp
     src/field/distance_field.cpp

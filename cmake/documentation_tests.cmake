@@ -11,7 +11,7 @@ else()
   find_program(TTSDF_PYTHON python3)
 endif()
 
-ttsdf_unit_test(documentation/map_format_test.cpp LIBS ttsdf_core ZLIB::ZLIB)
+ttsdf_unit_test(documentation/map_format_test.cpp LIBS ttsdf_compression ZLIB::ZLIB)
 if(TARGET documentation_map_format_test)
   target_compile_definitions(documentation_map_format_test PRIVATE
     TTSDF_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}" TTSDF_PYTHON="${TTSDF_PYTHON}")

@@ -17,70 +17,73 @@ find_path(VIGRA_INCLUDE_DIR vigra/impex.hxx REQUIRED)
 ttsdf_library(ttsdf_mapping
   SOURCES
     # depth in: images, folders, clouds -> volume
-    src/mapping/depth_image.cpp
-    src/mapping/depth_image_io.cpp
-    src/mapping/frame_folder.cpp
-    src/mapping/pinhole.cpp
-    src/mapping/surface_pixels.cpp
-    src/mapping/depth_pyramid.cpp
-    src/mapping/view_blocks.cpp
-    src/mapping/surface_guard.cpp
-    src/mapping/block_update.cpp
-    src/mapping/depth_fusion.cpp
-    src/mapping/cloud_fusion.cpp
-    src/mapping/tsdf_volume.cpp
-    src/mapping/vdb_import.cpp
-    src/mapping/vdb_io.cpp
-    src/mapping/ideal_volume.cpp
+    src/frames/depth_image.cpp
+    src/frames/depth_image_io.cpp
+    src/frames/frame_folder.cpp
+    src/frames/pinhole.cpp
+    src/fusion/surface_pixels.cpp
+    src/fusion/depth_pyramid.cpp
+    src/fusion/view_blocks.cpp
+    src/fusion/surface_guard.cpp
+    src/fusion/block_update.cpp
+    src/fusion/depth_fusion.cpp
+    src/fusion/cloud_fusion.cpp
+    src/fusion/tsdf_volume.cpp
+    src/fusion/vdb_import.cpp
+    src/fusion/vdb_io.cpp
+    src/signed_field/ideal_volume.cpp
     # volume or mesh -> signed field
-    src/mapping/observed_grid.cpp
-    src/mapping/observed_volume.cpp
-    src/mapping/observed_sides.cpp
-    src/mapping/observed_surface.cpp
-    src/mapping/surface_extraction.cpp
-    src/mapping/sharp_edges.cpp
-    src/mapping/subdivided.cpp
-    src/mapping/nearest_surface.cpp
-    src/mapping/manhattan_frame.cpp
-    src/mapping/signed_distance.cpp
-    src/mapping/hole_filling.cpp
-    src/mapping/smooth_unknown.cpp
-    src/mapping/field_grid.cpp
-    src/mapping/field_bricks.cpp
-    src/mapping/sampled_field.cpp
-    src/mapping/surface_survey.cpp
-    src/mapping/sampled_field_surface.cpp
-    src/mapping/sampled_field_tiles.cpp
-    src/mapping/sampled_field_baselines.cpp
-    src/mapping/mesh_io.cpp
-    src/mapping/mesh_sides.cpp
-    src/mapping/mesh_sampling.cpp
+    src/surface/observed_grid.cpp
+    src/signed_field/observed_volume.cpp
+    src/surface/observed_sides.cpp
+    src/surface/observed_surface.cpp
+    src/signed_field/surface_extraction.cpp
+    src/surface/sharp_edges.cpp
+    src/surface/subdivided.cpp
+    src/surface/nearest_surface.cpp
+    src/surface/manhattan_frame.cpp
+    src/signed_field/signed_distance.cpp
+    src/signed_field/hole_filling.cpp
+    src/signed_field/smooth_unknown.cpp
+    src/signed_field/field_grid.cpp
+    src/signed_field/field_bricks.cpp
+    src/signed_field/sampled_field.cpp
+    src/signed_field/surface_survey.cpp
+    src/signed_field/sampled_field_surface.cpp
+    src/signed_field/sampled_field_tiles.cpp
+    src/signed_field/sampled_field_baselines.cpp
+    src/mesh/mesh_io.cpp
+    src/mesh/mesh_sides.cpp
+    src/mesh/mesh_sampling.cpp
     # signed field -> compressed map
-    src/mapping/build_options.cpp
+    src/build_steps/build_options.cpp
     src/mapping/build_report.cpp
     src/mapping/field_slabs.cpp
     src/mapping/compression.cpp
-  PUBLIC ttsdf_core
+  PUBLIC ttsdf_core ttsdf_compression
   PRIVATE OpenVDB::openvdb TBB::tbb assimp::assimp ${VIGRAIMPEX_LIBRARY}
   INCLUDE ${VIGRA_INCLUDE_DIR})
 
 # depth in
 set(TTSDF_VDB_TEST_LIBS ttsdf_mapping OpenVDB::openvdb TBB::tbb)
-ttsdf_unit_test(mapping/frame_folder_test.cpp LIBS ttsdf_mapping ${VIGRAIMPEX_LIBRARY})
-ttsdf_unit_test(mapping/pinhole_test.cpp LIBS ttsdf_mapping)
-ttsdf_unit_test(mapping/depth_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
-ttsdf_unit_test(mapping/block_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
-ttsdf_unit_test(mapping/carving_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
-ttsdf_unit_test(mapping/cloud_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
-ttsdf_unit_test(mapping/vdb_io_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
-ttsdf_unit_test(mapping/real_frames_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(frames/frame_folder_test.cpp LIBS ttsdf_mapping ${VIGRAIMPEX_LIBRARY})
+ttsdf_unit_test(frames/pinhole_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(fusion/depth_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
+ttsdf_unit_test(fusion/block_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
+ttsdf_unit_test(fusion/carving_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
+ttsdf_unit_test(fusion/cloud_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
+ttsdf_unit_test(fusion/vdb_io_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
+ttsdf_unit_test(frames/real_frames_test.cpp LIBS ttsdf_mapping)
 
 # signed field
-ttsdf_unit_test(mapping/observed_surface_test.cpp LIBS ttsdf_mapping)
-ttsdf_unit_test(mapping/nearest_surface_test.cpp LIBS ttsdf_mapping)
-ttsdf_unit_test(mapping/observed_sides_test.cpp LIBS ttsdf_mapping)
-ttsdf_unit_test(mapping/manhattan_frame_test.cpp LIBS ttsdf_mapping)
-ttsdf_unit_test(mapping/sampled_field_test.cpp LIBS ttsdf_mapping)
-ttsdf_unit_test(mapping/field_bricks_test.cpp LIBS ttsdf_mapping)
-ttsdf_unit_test(mapping/sampled_tiles_test.cpp LIBS ttsdf_mapping)
-ttsdf_unit_test(mapping/mesh_sampling_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(surface/observed_surface_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(surface/nearest_surface_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(surface/observed_sides_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(surface/manhattan_frame_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(signed_field/sampled_field_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(signed_field/field_bricks_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(signed_field/sampled_tiles_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(mesh/mesh_sampling_test.cpp LIBS ttsdf_mapping)
+
+# all of it
+ttsdf_unit_test(mapping/compression_test.cpp LIBS ttsdf_mapping)

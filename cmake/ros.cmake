@@ -92,7 +92,7 @@ if(TARGET ros_parameters_test)
 endif()
 
 # Tests with real nodes localize in a map of an analytic room, made when the tests are built.
-ttsdf_ros_test_program(make_room_map make_room_map.cpp ttsdf_core)
+ttsdf_ros_test_program(make_room_map make_room_map.cpp ttsdf_compression)
 if(TARGET make_room_map)
   set(TTSDF_TEST_MAPS "${CMAKE_CURRENT_BINARY_DIR}/test_maps")
   add_custom_command(OUTPUT "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf"
@@ -177,7 +177,7 @@ endif()
 ttsdf_rostest(map_builder.test SOURCE map_builder_test.cpp LIBS ttsdf_ros ttsdf_mapping ttsdf_simulation
   DEPENDS map_builder_node)
 ttsdf_rostest(map_builder_nodelet.test DEPENDS ros_map_builder_test ttsdf_map_builder_nodelet)
-ttsdf_rostest(map_server.test SOURCE map_server_test.cpp LIBS ttsdf_ros DEPENDS map_server_node)
+ttsdf_rostest(map_server.test SOURCE map_server_test.cpp LIBS ttsdf_ros ttsdf_compression DEPENDS map_server_node)
 ttsdf_rostest(bag_replay.test DEPENDS ttsdf_map_builder_nodelet ttsdf_localization_nodelet)
 if(TARGET ros_map_server_test)
   target_compile_definitions(ros_map_server_test PRIVATE MAP_SERVER_NODE="$<TARGET_FILE:map_server_node>")

@@ -13,7 +13,7 @@ ttsdf_library(ttsdf_tools
     src/tools/progress.cpp
     src/tools/scan_io.cpp
     src/tools/spectra.cpp
-  PUBLIC ttsdf_core JsonCpp::JsonCpp
+  PUBLIC ttsdf_core ttsdf_compression JsonCpp::JsonCpp
   PRIVATE Boost::program_options ${YAML_CPP_LIBRARIES} ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY}
   INCLUDE ${PCL_INCLUDE_DIRS})
 

@@ -10,7 +10,7 @@
 #include <iomanip>
 #include <stdexcept>
 
-#include "ttsdf_localization/mapping/frame_folder.h"
+#include "ttsdf_localization/frames/frame_folder.h"
 
 namespace ttsdf {
 

@@ -3,10 +3,10 @@
 #include <iomanip>
 #include <sstream>
 
-#include "encoding.h"
-#include "map_container.h"
-#include "map_sections.h"
-#include "mask_coding.h"
+#include "codec/mask_coding.h"
+#include "format/encoding.h"
+#include "format/map_container.h"
+#include "format/map_sections.h"
 
 namespace ttsdf {
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "field_slabs.h"
-#include "ttsdf_localization/map/compact_map.h"
+#include "ttsdf_localization/compression/compact_map.h"
 #include "ttsdf_localization/mapping/map_builder.h"
 
 namespace ttsdf {

@@ -6,11 +6,11 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "../build_steps/parallel.h"
 #include "../tensor/gemm.h"
 #include "../tensor/slab_parts.h"
 #include "../tensor/vectorize.h"
-#include "parallel.h"
-#include "ttsdf_localization/mapping/field_bricks.h"
+#include "ttsdf_localization/signed_field/field_bricks.h"
 
 namespace ttsdf {
 

@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
+#include "ttsdf_localization/compression/tt_svd.h"
+#include "ttsdf_localization/compression/tt_weighted.h"
 #include "ttsdf_localization/mapping/map_builder.h"
-#include "ttsdf_localization/tensor/tt_svd.h"
-#include "ttsdf_localization/tensor/tt_weighted.h"
 
 namespace ttsdf {
 

@@ -8,8 +8,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "ttsdf_localization/mapping/mesh_sampling.h"
-#include "ttsdf_localization/mapping/tsdf_volume.h"
+#include "ttsdf_localization/fusion/tsdf_volume.h"
+#include "ttsdf_localization/mesh/mesh_sampling.h"
 
 namespace ttsdf {
 

@@ -7,9 +7,9 @@
 
 #include "ttsdf_localization/GetMap.h"
 #include "ttsdf_localization/map/map_io.h"
-#include "ttsdf_localization/mapping/surface_mesh.h"
 #include "ttsdf_localization/ros/map_visualization.h"
 #include "ttsdf_localization/ros/parameters.h"
+#include "ttsdf_localization/surface/surface_mesh.h"
 
 namespace ttsdf {
 

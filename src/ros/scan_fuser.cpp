@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ttsdf_localization/mapping/pinhole.h"
+#include "ttsdf_localization/frames/pinhole.h"
 #include "ttsdf_localization/ros/cloud_conversion.h"
 
 namespace ttsdf {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "ttsdf_localization/mapping/depth_image.h"
+#include "ttsdf_localization/frames/depth_image.h"
 #include "ttsdf_localization/simulation/solid.h"
 
 namespace ttsdf {

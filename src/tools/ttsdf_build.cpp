@@ -7,9 +7,9 @@
 #include <fstream>
 #include <iostream>
 
-#include "ttsdf_localization/mapping/frame_folder.h"
+#include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/mapping/map_builder.h"
-#include "ttsdf_localization/mapping/mesh_sampling.h"
+#include "ttsdf_localization/mesh/mesh_sampling.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/json_file.h"
 #include "ttsdf_localization/tools/progress.h"

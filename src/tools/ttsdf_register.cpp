@@ -6,8 +6,8 @@
 
 #include "ttsdf_localization/evaluation/method_factory.h"
 #include "ttsdf_localization/evaluation/statistics.h"
+#include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/map/map_io.h"
-#include "ttsdf_localization/mapping/frame_folder.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/progress.h"
 #include "ttsdf_localization/tools/scan_io.h"

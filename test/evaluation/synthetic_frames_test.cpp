@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
+#include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/geometry/se3.h"
-#include "ttsdf_localization/mapping/frame_folder.h"
 
 namespace ttsdf {
 namespace {

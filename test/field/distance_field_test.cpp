@@ -8,9 +8,9 @@
 #include <memory>
 
 #include "field_oracle.h"
+#include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/field/dense_distance_field.h"
 #include "ttsdf_localization/field/tt_distance_field.h"
-#include "ttsdf_localization/tensor/tt_svd.h"
 
 namespace ttsdf {
 namespace {

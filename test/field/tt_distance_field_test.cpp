@@ -5,8 +5,8 @@
 #include <thread>
 
 #include "field_oracle.h"
+#include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/field/dense_distance_field.h"
-#include "ttsdf_localization/tensor/tt_svd.h"
 
 namespace ttsdf {
 namespace {

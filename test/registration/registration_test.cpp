@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "analytic_world.h"
+#include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/field/tt_distance_field.h"
-#include "ttsdf_localization/tensor/tt_svd.h"
 
 namespace ttsdf {
 namespace {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "ttsdf_localization/GetMap.h"
+#include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/map/map_io.h"
-#include "ttsdf_localization/tensor/tt_svd.h"
 
 namespace ttsdf {
 namespace {

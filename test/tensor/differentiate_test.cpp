@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "test_tensors.h"
+#include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/tensor/tensor_train.h"
-#include "ttsdf_localization/tensor/tt_svd.h"
 
 namespace ttsdf {
 namespace {

@@ -3,7 +3,7 @@
 #include <Eigen/SVD>
 
 #include "test_tensors.h"
-#include "ttsdf_localization/tensor/tt_svd.h"
+#include "ttsdf_localization/compression/tt_svd.h"
 
 namespace ttsdf {
 namespace {

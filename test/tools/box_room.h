@@ -4,10 +4,10 @@
 #include <cmath>
 #include <random>
 
+#include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/geometry/se3.h"
 #include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/registration/registration.h"
-#include "ttsdf_localization/tensor/tt_svd.h"
 
 namespace ttsdf {
 

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "ttsdf_localization/mapping/frame_folder.h"
+#include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/simulation/depth_camera.h"
 #include "ttsdf_localization/simulation/worlds.h"
 

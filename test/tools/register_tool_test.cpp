@@ -3,7 +3,7 @@
 
 #include "box_room.h"
 #include "tool_process.h"
-#include "ttsdf_localization/mapping/frame_folder.h"
+#include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/tools/scan_io.h"
 
 namespace ttsdf {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "ttsdf_localization/mapping/frame_folder.h"
-#include "ttsdf_localization/mapping/surface_mesh.h"
+#include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/registration/registration.h"
+#include "ttsdf_localization/surface/surface_mesh.h"
 
 namespace ttsdf {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "ttsdf_localization/mapping/depth_image.h"
-#include "ttsdf_localization/mapping/surface_mesh.h"
+#include "ttsdf_localization/frames/depth_image.h"
+#include "ttsdf_localization/surface/surface_mesh.h"
 
 namespace ttsdf {
 

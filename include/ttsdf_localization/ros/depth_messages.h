@@ -5,7 +5,7 @@
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/PointCloud2.h>
 
-#include "ttsdf_localization/mapping/depth_image.h"
+#include "ttsdf_localization/frames/depth_image.h"
 
 namespace ttsdf {
 

@@ -9,7 +9,7 @@
 
 #include "ttsdf_localization/field/distance_field.h"
 #include "ttsdf_localization/map/tt_sdf_map.h"
-#include "ttsdf_localization/mapping/surface_mesh.h"
+#include "ttsdf_localization/surface/surface_mesh.h"
 
 namespace ttsdf {
 

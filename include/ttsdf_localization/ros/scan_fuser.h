@@ -13,7 +13,7 @@
 #include <string>
 #include <thread>
 
-#include "ttsdf_localization/mapping/tsdf_volume.h"
+#include "ttsdf_localization/fusion/tsdf_volume.h"
 
 namespace ttsdf {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "ttsdf_localization/mapping/depth_image.h"
+#include "ttsdf_localization/frames/depth_image.h"
 #include "ttsdf_localization/options/option_table.h"
 #include "ttsdf_localization/simulation/analytic_scene.h"
 #include "ttsdf_localization/simulation/depth_noise.h"

@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
-#include "ttsdf_localization/mapping/depth_image.h"
-#include "ttsdf_localization/mapping/surface_mesh.h"
+#include "ttsdf_localization/frames/depth_image.h"
 #include "ttsdf_localization/simulation/depth_camera.h"
+#include "ttsdf_localization/surface/surface_mesh.h"
 
 namespace ttsdf {
 

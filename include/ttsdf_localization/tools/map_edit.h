@@ -3,8 +3,8 @@
 
 #include <Eigen/Geometry>
 
+#include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/map/tt_sdf_map.h"
-#include "ttsdf_localization/tensor/tt_svd.h"
 
 namespace ttsdf {
 

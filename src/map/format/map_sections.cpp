@@ -1,0 +1,122 @@
+#include "map_sections.h"
+
+#include "../codec/byte_compression.h"
+#include "utf8.h"
+
+namespace ttsdf {
+
+namespace {
+
+constexpr std::uint32_t kMaxExtent = 1u << 20;
+// What is made of a map when it is loaded takes time with its voxels, however few bytes they take in the
+// file.
+constexpr double kMaxVoxels = 17179869184.0;                   // 2^34
+constexpr double kMinVoxelSize = 1e-5, kMaxVoxelSize = 100.0;  // [m]
+constexpr std::uint32_t kMaxMetadataBytes = 16u << 20;
+
+void requireUtf8(const std::string& what, const std::string& text) {
+  if (!isUtf8(text)) throw std::invalid_argument("map: got " + what + " with invalid bytes, wanted UTF-8");
+}
+
+std::string readText(ByteReader& in) {
+  std::string text = in.string();
+  if (!isUtf8(text)) refuse(in.what(), "text with invalid bytes", "UTF-8");
+  return text;
+}
+
+}  // namespace
+
+void writeGeometry(const GridGeometry& geometry, ByteWriter& out) {
+  for (int axis = 0; axis < 3; ++axis) out.u32(static_cast<std::uint32_t>(geometry.dims[axis]));
+  out.f64(geometry.voxel_size);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) out.f64(geometry.T_map_grid.matrix()(row, column));
+  }
+}
+
+GridGeometry readGeometry(ByteReader& in) {
+  GridGeometry geometry;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::uint32_t extent = in.u32();
+    if (extent < 1 || extent > kMaxExtent) {
+      refuse(in.what() + ": extent", std::to_string(extent), "1 to " + std::to_string(kMaxExtent));
+    }
+    geometry.dims[axis] = static_cast<int>(extent);
+  }
+  const double voxels = geometry.dims.cast<double>().prod();
+  if (voxels > kMaxVoxels) {
+    refuse(in.what() + ": number of voxels", std::to_string(voxels), "at most " + std::to_string(kMaxVoxels));
+  }
+  geometry.voxel_size = in.f64();
+  if (!(geometry.voxel_size >= kMinVoxelSize && geometry.voxel_size <= kMaxVoxelSize)) {
+    refuse(in.what() + ": voxel size", std::to_string(geometry.voxel_size),
+           std::to_string(kMinVoxelSize) + " to " + std::to_string(kMaxVoxelSize) + " m");
+  }
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) geometry.T_map_grid.matrix()(row, column) = in.f64();
+  }
+  in.expectEnd();
+  return geometry;
+}
+
+void writeField(const TtSdfMap& map, ByteWriter& out) {
+  requireUtf8("a frame_id", map.frame_id);
+  out.u8(static_cast<std::uint8_t>(map.kind));
+  out.f64(map.truncation);
+  out.f64(map.clamp_negative);
+  out.f64(map.clamp_positive);
+  out.string(map.frame_id);
+}
+
+void readField(ByteReader& in, TtSdfMap& map) {
+  const std::uint8_t kind = in.u8();
+  if (kind > static_cast<std::uint8_t>(FieldKind::kTsdf)) {
+    refuse(in.what() + ": field kind", std::to_string(kind), "0 (sdf) or 1 (tsdf)");
+  }
+  map.kind = static_cast<FieldKind>(kind);
+  map.truncation = in.f64();
+  map.clamp_negative = in.f64();
+  map.clamp_positive = in.f64();
+  map.frame_id = readText(in);
+  in.expectEnd();
+}
+
+void writeMetadata(const std::map<std::string, std::string>& metadata, ByteWriter& out) {
+  ByteWriter text;
+  text.u32(static_cast<std::uint32_t>(metadata.size()));
+  for (const auto& [key, value] : metadata) {
+    requireUtf8("a metadata key", key);
+    requireUtf8("the metadata value of '" + key + "'", value);
+    text.string(key);
+    text.string(value);
+  }
+  if (text.size() > kMaxMetadataBytes) {
+    throw std::invalid_argument("map: got " + std::to_string(text.size()) +
+                                " bytes of metadata, wanted at most " + std::to_string(kMaxMetadataBytes));
+  }
+  out.u32(static_cast<std::uint32_t>(text.size()));
+  out.block(compressBytes(text.data()));
+}
+
+std::map<std::string, std::string> readMetadata(ByteReader& in) {
+  const std::uint32_t size = in.u32();
+  if (size > kMaxMetadataBytes) {
+    refuse(in.what() + ": bytes of text", std::to_string(size),
+           "at most " + std::to_string(kMaxMetadataBytes));
+  }
+  ByteReader coded = in.block(in.what());
+  in.expectEnd();
+  const std::size_t coded_size = coded.remaining();
+  const auto raw = decompressBytes(coded.take(coded_size), coded_size, size, in.what());
+  ByteReader text(raw.data(), raw.size(), in.what());
+  std::map<std::string, std::string> metadata;
+  const std::uint32_t count = text.u32();
+  for (std::uint32_t n = 0; n < count; ++n) {
+    std::string key = readText(text);
+    metadata[std::move(key)] = readText(text);
+  }
+  text.expectEnd();
+  return metadata;
+}
+
+}  // namespace ttsdf
