@@ -2,7 +2,7 @@
 find_package(Eigen3 REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(Threads REQUIRED)
-find_library(LZMA_LIBRARY lzma REQUIRED)
+ttsdf_find_library(LZMA_LIBRARY lzma)
 
 ttsdf_library(ttsdf_core
   SOURCES

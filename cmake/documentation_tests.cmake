@@ -25,7 +25,10 @@ if(TTSDF_BUILD_ROS)
       TTSDF_LOCALIZATION_NODE="$<TARGET_FILE:localization_node>")
     add_dependencies(architecture_robot_libraries_test ttsdf_localization_nodelet localization_node)
   endif()
+endif()
 
+# Pages of the whole package.
+if(TTSDF_BUILD_ROS AND TTSDF_BUILD_SIMULATION AND TTSDF_BUILD_EVALUATION)
   ttsdf_unit_test(documentation/parameters_page_test.cpp
     LIBS ttsdf_map_builder ttsdf_simulation_ros ttsdf_demo ttsdf_operator ttsdf_map_surface ttsdf_evaluation)
   if(TARGET documentation_parameters_page_test)

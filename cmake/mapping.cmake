@@ -1,18 +1,21 @@
 # Layer 2: fusion of depth into OpenVDB volumes, signed fields from volumes and meshes, map building. No ROS.
 
-# OpenVDB ships its find module beside the library, not where CMake looks for it.
-find_path(TTSDF_OPENVDB_MODULE_DIR FindOpenVDB.cmake
-  PATH_SUFFIXES lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB lib/cmake/OpenVDB lib64/cmake/OpenVDB
-  DOC "Folder of FindOpenVDB.cmake")
-mark_as_advanced(TTSDF_OPENVDB_MODULE_DIR)
-# TBB's own package first: OpenVDB's find module would define one of its targets and leave PCL's search half done.
-find_package(TBB CONFIG REQUIRED)
-list(APPEND CMAKE_MODULE_PATH "${TTSDF_OPENVDB_MODULE_DIR}")
-find_package(OpenVDB REQUIRED COMPONENTS openvdb)
-list(REMOVE_ITEM CMAKE_MODULE_PATH "${TTSDF_OPENVDB_MODULE_DIR}")
-find_package(assimp REQUIRED)
-find_library(VIGRAIMPEX_LIBRARY vigraimpex REQUIRED)
-find_path(VIGRA_INCLUDE_DIR vigra/impex.hxx REQUIRED)
+find_package(TBB CONFIG QUIET)
+if(NOT TARGET TBB::tbb)
+  ttsdf_find_library(TTSDF_TBB_LIBRARY tbb)
+  add_library(TBB::tbb UNKNOWN IMPORTED)
+  set_target_properties(TBB::tbb PROPERTIES IMPORTED_LOCATION "${TTSDF_TBB_LIBRARY}")
+endif()
+# OpenVDB's find module is not in every release, and asks for libraries that its headers do not need.
+ttsdf_find_library(TTSDF_OPENVDB_LIBRARY openvdb)
+find_library(TTSDF_HALF_LIBRARY Half)  # of OpenEXR 2, which OpenVDB 7 takes its half floats from
+mark_as_advanced(TTSDF_HALF_LIBRARY)
+add_library(OpenVDB::openvdb UNKNOWN IMPORTED)
+set_target_properties(OpenVDB::openvdb PROPERTIES IMPORTED_LOCATION "${TTSDF_OPENVDB_LIBRARY}"
+  INTERFACE_LINK_LIBRARIES "TBB::tbb;$<$<BOOL:${TTSDF_HALF_LIBRARY}>:${TTSDF_HALF_LIBRARY}>")
+ttsdf_find_library(TTSDF_ASSIMP_LIBRARY assimp)  # its package file names a missing folder in Debian 11
+ttsdf_find_library(VIGRAIMPEX_LIBRARY vigraimpex)
+find_path(VIGRA_INCLUDE_DIR vigra/impex.hxx)
 
 ttsdf_library(ttsdf_mapping
   SOURCES
@@ -61,7 +64,7 @@ ttsdf_library(ttsdf_mapping
     src/mapping/field_slabs.cpp
     src/mapping/compression.cpp
   PUBLIC ttsdf_core ttsdf_compression
-  PRIVATE OpenVDB::openvdb TBB::tbb assimp::assimp ${VIGRAIMPEX_LIBRARY}
+  PRIVATE OpenVDB::openvdb TBB::tbb ${TTSDF_ASSIMP_LIBRARY} ${VIGRAIMPEX_LIBRARY}
   INCLUDE ${VIGRA_INCLUDE_DIR})
 
 # depth in

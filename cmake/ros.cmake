@@ -123,29 +123,7 @@ ttsdf_unit_test(ros/live_parameters_test.cpp LIBS ttsdf_ros)
 ttsdf_rostest(live_parameters.test SOURCE live_parameters_node_test.cpp LIBS ttsdf_ros
   DEPENDS test_maps ttsdf_localization_nodelet ARGS map_dir:=${TTSDF_TEST_MAPS})
 
-# ---- a bag without a master ------------------------------------------------------------------------------------------
-find_package(rosbag_storage REQUIRED)
-find_package(image_geometry REQUIRED)  # for depth_image_proc's conversion; not in the libraries of the robot
-ttsdf_library(ttsdf_offline
-  SOURCES
-    src/ros/bag_localizer.cpp
-    src/ros/bag_player.cpp
-    src/ros/depth_to_cloud.cpp
-    src/ros/offline_report.cpp
-    src/ros/offline_run.cpp
-    src/ros/yaml_parameters.cpp
-  PUBLIC ttsdf_ros ${rosbag_storage_LIBRARIES}
-  PRIVATE ttsdf_tools ${image_geometry_LIBRARIES} ${YAML_CPP_LIBRARIES}
-  INCLUDE ${rosbag_storage_INCLUDE_DIRS} ${image_geometry_INCLUDE_DIRS})
-ttsdf_node(offline_localizer SOURCES src/nodes/offline_localizer.cpp LIBS ttsdf_offline ttsdf_tools)
-ttsdf_unit_test(ros/offline_localizer_test.cpp LIBS ttsdf_ros ttsdf_simulation ${rosbag_storage_LIBRARIES})
-if(TARGET ros_offline_localizer_test)
-  target_compile_definitions(ros_offline_localizer_test PRIVATE
-    TTSDF_TOOL_DIR="$<TARGET_FILE_DIR:offline_localizer>" TTSDF_TEST_MAPS="${TTSDF_TEST_MAPS}")
-  add_dependencies(ros_offline_localizer_test offline_localizer test_maps)
-endif()
-
-# ---- map building and map server -------------------------------------------------------------------------------------
+# ---- map server ------------------------------------------------------------------------------------------------------
 ttsdf_ros_library(ttsdf_map_server
   SOURCES
     src/ros/map_publisher.cpp
@@ -153,35 +131,19 @@ ttsdf_ros_library(ttsdf_map_server
   LIBS ttsdf_ros)
 ttsdf_node(map_server_node SOURCES src/nodes/map_server_node.cpp LIBS ttsdf_map_server)
 
-ttsdf_ros_library(ttsdf_map_visualization SOURCES src/ros/map_visualization.cpp LIBS ttsdf_ros ttsdf_mapping)
-
-ttsdf_ros_library(ttsdf_map_builder
-  SOURCES
-    src/ros/map_build_request.cpp
-    src/ros/map_builder_options.cpp
-    src/ros/map_builder_ros.cpp
-    src/ros/posed_cloud_source.cpp
-    src/ros/scan_fuser.cpp
-    src/ros/scan_selector.cpp
-  LIBS ttsdf_map_server ttsdf_map_visualization)
-ttsdf_ros_library(ttsdf_map_builder_nodelet SOURCES src/nodes/map_builder_nodelet.cpp LIBS ttsdf_map_builder)
-ttsdf_node(map_builder_node SOURCES src/nodes/map_builder_node.cpp LIBS ttsdf_map_builder)
-
-ttsdf_unit_test(ros/scan_selector_test.cpp LIBS ttsdf_map_builder)
-ttsdf_unit_test(ros/map_build_request_test.cpp LIBS ttsdf_map_builder)
-ttsdf_unit_test(ros/map_visualization_test.cpp LIBS ttsdf_map_visualization)
-ttsdf_unit_test(ros/map_builder_config_test.cpp LIBS ttsdf_map_builder yaml-cpp)
-if(TARGET ros_map_builder_config_test)
-  target_compile_definitions(ros_map_builder_config_test PRIVATE TTSDF_CONFIG_DIR="${CMAKE_CURRENT_SOURCE_DIR}/config")
-endif()
-ttsdf_rostest(map_builder.test SOURCE map_builder_test.cpp LIBS ttsdf_ros ttsdf_mapping ttsdf_simulation
-  DEPENDS map_builder_node)
-ttsdf_rostest(map_builder_nodelet.test DEPENDS ros_map_builder_test ttsdf_map_builder_nodelet)
 ttsdf_rostest(map_server.test SOURCE map_server_test.cpp LIBS ttsdf_ros ttsdf_compression DEPENDS map_server_node)
-ttsdf_rostest(bag_replay.test DEPENDS ttsdf_map_builder_nodelet ttsdf_localization_nodelet)
 if(TARGET ros_map_server_test)
   target_compile_definitions(ros_map_server_test PRIVATE MAP_SERVER_NODE="$<TARGET_FILE:map_server_node>")
 endif()
+
+# ---- operator's menu in rviz -------------------------------------------------------------------------------------------
+find_package(interactive_markers REQUIRED)
+ttsdf_ros_library(ttsdf_operator SOURCES src/ros/operator_menu.cpp LIBS ttsdf_ros ${interactive_markers_LIBRARIES})
+ttsdf_node(operator_menu_node SOURCES src/nodes/operator_menu_node.cpp LIBS ttsdf_operator)
+ttsdf_rostest(operator_menu.test DEPENDS test_maps ttsdf_localization_nodelet operator_menu_node
+  ARGS map_dir:=${TTSDF_TEST_MAPS})
+
+# ---- tests of the whole package ------------------------------------------------------------------------------------------
 if(TTSDF_BUILD_TESTS AND CATKIN_ENABLE_TESTING)
   add_test(NAME documentation_behaviour_page_test COMMAND ${PYTHON_EXECUTABLE} -B
     "${CMAKE_CURRENT_SOURCE_DIR}/test/documentation/behaviour_page_test.py")
@@ -194,41 +156,3 @@ if(TTSDF_BUILD_TESTS AND CATKIN_ENABLE_TESTING)
     --test-command uses_ttsdf_localization)
   add_test(NAME scripts_test COMMAND ${PYTHON_EXECUTABLE} "${CMAKE_CURRENT_SOURCE_DIR}/test/scripts/scripts_test.py")
 endif()
-
-# ---- operator's computer: menu and map surface in rviz ---------------------------------------------------------------------
-find_package(interactive_markers REQUIRED)
-ttsdf_ros_library(ttsdf_operator SOURCES src/ros/operator_menu.cpp LIBS ttsdf_ros ${interactive_markers_LIBRARIES})
-ttsdf_node(operator_menu_node SOURCES src/nodes/operator_menu_node.cpp LIBS ttsdf_operator)
-ttsdf_ros_library(ttsdf_map_surface SOURCES src/ros/map_surface.cpp LIBS ttsdf_map_visualization)
-ttsdf_node(map_surface_node SOURCES src/nodes/map_surface_node.cpp LIBS ttsdf_map_surface)
-ttsdf_rostest(map_surface.test DEPENDS test_maps ttsdf_localization_nodelet map_surface_node
-  ARGS map_dir:=${TTSDF_TEST_MAPS})
-ttsdf_rostest(operator_menu.test DEPENDS test_maps ttsdf_localization_nodelet operator_menu_node
-  ARGS map_dir:=${TTSDF_TEST_MAPS})
-
-# ---- simulation and demo ---------------------------------------------------------------------------------------------
-ttsdf_ros_library(ttsdf_simulation_ros
-  SOURCES
-    src/ros/depth_messages.cpp
-    src/ros/simulated_camera_options.cpp
-    src/ros/simulated_camera_ros.cpp
-  LIBS ttsdf_simulation ttsdf_ros)
-ttsdf_node(simulated_camera_node SOURCES src/nodes/simulated_camera_node.cpp LIBS ttsdf_simulation_ros)
-
-ttsdf_unit_test(ros/depth_messages_test.cpp LIBS ttsdf_simulation_ros)
-ttsdf_unit_test(ros/simulated_camera_options_test.cpp LIBS ttsdf_simulation_ros ${YAML_CPP_LIBRARIES})
-if(TARGET ros_simulated_camera_options_test)
-  target_compile_definitions(ros_simulated_camera_options_test PRIVATE
-    TTSDF_CONFIG_FOLDER="${CMAKE_CURRENT_SOURCE_DIR}/config")
-endif()
-ttsdf_rostest(simulated_camera.test SOURCE simulated_camera_test.cpp LIBS ttsdf_simulation_ros
-  DEPENDS simulated_camera_node)
-
-ttsdf_ros_library(ttsdf_demo
-  SOURCES
-    src/ros/demo_report.cpp
-    src/ros/demo_ros.cpp
-  LIBS ttsdf_ros ttsdf_evaluation)
-ttsdf_node(demo_node SOURCES src/nodes/demo_node.cpp LIBS ttsdf_demo)
-
-ttsdf_unit_test(ros/demo_report_test.cpp LIBS ttsdf_demo)

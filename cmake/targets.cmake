@@ -1,9 +1,28 @@
 # Functions every layer declares its targets with. Sources are listed by hand: a file that is not listed is not built.
 
 include(GNUInstallDirs)
+find_package(Threads REQUIRED)
+
+# ttsdf_find_library(<variable> <name>): a library that ships no package file. (find_library's REQUIRED is of CMake 3.18.)
+function(ttsdf_find_library variable name)
+  find_library(${variable} ${name})
+  mark_as_advanced(${variable})
+  if(NOT ${variable})
+    message(FATAL_ERROR "lib${name} is not installed; scripts/packages.txt names the packages (scripts/setup)")
+  endif()
+endfunction()
+
 set(TTSDF_INCLUDE_DIR "${CMAKE_CURRENT_SOURCE_DIR}/include")
 if(TTSDF_BUILD_TESTS)
   find_package(GTest REQUIRED)
+  foreach(name gtest gtest_main)  # names of their targets before CMake 3.20: GTest::GTest, GTest::Main
+    if(NOT TARGET GTest::${name})
+      ttsdf_find_library(TTSDF_${name}_LIBRARY ${name})
+      add_library(GTest::${name} UNKNOWN IMPORTED)
+      set_target_properties(GTest::${name} PROPERTIES IMPORTED_LOCATION "${TTSDF_${name}_LIBRARY}"
+        INTERFACE_LINK_LIBRARIES Threads::Threads)
+    endif()
+  endforeach()
 endif()
 
 add_library(ttsdf_warnings INTERFACE)
@@ -13,6 +32,7 @@ target_compile_options(ttsdf_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshado
 function(ttsdf_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE;INCLUDE" ${ARGN})
   add_library(${name} SHARED ${ARG_SOURCES})
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${TTSDF_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 8)
   target_include_directories(${name} PUBLIC "${TTSDF_INCLUDE_DIR}")
   if(ARG_INCLUDE)
     target_include_directories(${name} SYSTEM PUBLIC ${ARG_INCLUDE})
@@ -55,7 +75,7 @@ function(ttsdf_unit_test source)
     if(NOT CATKIN_ENABLE_TESTING)
       return()
     endif()
-    catkin_add_gtest(${target} "test/${source}" TIMEOUT 600 WORKING_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}")
+    catkin_add_gtest(${target} "test/${source}" WORKING_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}")
   else()
     add_executable(${target} "test/${source}")
     add_test(NAME ${target} COMMAND ${target})

@@ -1,8 +1,28 @@
 # The command-line programs and what they share.
+
+# By name and not through PCL's package file: it looks for the whole of VTK, and its io brings it into every link line.
+find_path(TTSDF_PCL_INCLUDE_DIR pcl/point_types.h
+  PATH_SUFFIXES pcl-1.16 pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12 pcl-1.11 pcl-1.10)
+mark_as_advanced(TTSDF_PCL_INCLUDE_DIR)
+if(NOT TTSDF_PCL_INCLUDE_DIR)
+  message(FATAL_ERROR "PCL's headers are not installed; scripts/packages.txt names the packages (scripts/setup)")
+endif()
+set(TTSDF_PCL_LIBRARIES)
+macro(ttsdf_find_pcl name)
+  ttsdf_find_library(TTSDF_PCL_${name}_LIBRARY pcl_${name})
+  list(APPEND TTSDF_PCL_LIBRARIES ${TTSDF_PCL_${name}_LIBRARY})
+endmacro()
+ttsdf_find_pcl(common)
+ttsdf_find_pcl(io)
+
 find_package(Boost REQUIRED COMPONENTS program_options)
 find_package(yaml-cpp REQUIRED)
-if(NOT TARGET JsonCpp::JsonCpp)  # VTK's packages define it too
+if(NOT TARGET JsonCpp::JsonCpp)  # VTK's packages define it too, jsoncpp's own since 1.9.5
   find_package(jsoncpp REQUIRED)
+endif()
+if(NOT TARGET JsonCpp::JsonCpp)
+  add_library(JsonCpp::JsonCpp INTERFACE IMPORTED)
+  target_link_libraries(JsonCpp::JsonCpp INTERFACE jsoncpp_lib)
 endif()
 
 ttsdf_library(ttsdf_tools
@@ -15,16 +35,13 @@ ttsdf_library(ttsdf_tools
     src/tools/spectra.cpp
   PUBLIC ttsdf_core ttsdf_compression JsonCpp::JsonCpp
   PRIVATE Boost::program_options ${YAML_CPP_LIBRARIES} ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY}
-  INCLUDE ${PCL_INCLUDE_DIRS})
+  INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
 
 ttsdf_tool(ttsdf_build SOURCES src/tools/ttsdf_build.cpp LIBS ttsdf_tools ttsdf_mapping)
 ttsdf_tool(ttsdf_info SOURCES src/tools/ttsdf_info.cpp LIBS ttsdf_tools)
 target_compile_definitions(ttsdf_info PRIVATE TTSDF_SCRIPTS_DIR="${CMAKE_CURRENT_SOURCE_DIR}/scripts")
 ttsdf_tool(ttsdf_query SOURCES src/tools/ttsdf_query.cpp LIBS ttsdf_tools)
-ttsdf_tool(ttsdf_register SOURCES src/tools/ttsdf_register.cpp LIBS ttsdf_tools ttsdf_evaluation)
 ttsdf_tool(ttsdf_convert SOURCES src/tools/ttsdf_convert.cpp LIBS ttsdf_tools ttsdf_mapping)
-ttsdf_tool(ttsdf_evaluate SOURCES src/tools/ttsdf_evaluate.cpp LIBS ttsdf_tools ttsdf_evaluation)
-ttsdf_tool(ttsdf_simulate SOURCES src/tools/ttsdf_simulate.cpp LIBS ttsdf_tools ttsdf_evaluation ttsdf_simulation)
 
 ttsdf_unit_test(tools/command_line_test.cpp LIBS ttsdf_tools)
 ttsdf_unit_test(tools/map_edit_test.cpp LIBS ttsdf_tools)
@@ -38,12 +55,15 @@ function(ttsdf_tool_test source)
   string(REPLACE ".cpp" "" target "${target}")
   if(TARGET ${target})
     target_compile_definitions(${target} PRIVATE TTSDF_TOOL_DIR="$<TARGET_FILE_DIR:ttsdf_build>")
-    add_dependencies(${target}
-      ttsdf_build ttsdf_info ttsdf_query ttsdf_register ttsdf_convert ttsdf_evaluate)
+    add_dependencies(${target} ttsdf_build ttsdf_info ttsdf_query ttsdf_convert)
+    if(TTSDF_BUILD_EVALUATION)
+      add_dependencies(${target} ttsdf_register ttsdf_evaluate)
+    endif()
   endif()
 endfunction()
 
 ttsdf_tool_test(tools/map_tools_test.cpp LIBS ttsdf_tools)
-ttsdf_tool_test(tools/register_tool_test.cpp LIBS ttsdf_tools ttsdf_mapping)
-ttsdf_tool_test(tools/build_tool_test.cpp
-  LIBS ttsdf_tools ttsdf_mapping ttsdf_simulation ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY})
+if(TTSDF_BUILD_SIMULATION)
+  ttsdf_tool_test(tools/build_tool_test.cpp
+    LIBS ttsdf_tools ttsdf_mapping ttsdf_simulation ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY})
+endif()

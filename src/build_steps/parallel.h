@@ -1,7 +1,6 @@
 #pragma once
 // Loops over slices on a bounded number of threads, with progress and cancellation from the calling thread.
 
-#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -35,7 +34,7 @@ class ProgressStep {
 template <class Function>
 void parallelFor(int count, int threads, const Function& fn) {
   // TBB grumbles on stderr when asked for more threads than there are cores.
-  tbb::task_arena arena(std::clamp(threads, 1, tbb::info::default_concurrency()));
+  tbb::task_arena arena(std::clamp(threads, 1, tbb::this_task_arena::max_concurrency()));
   arena.execute([&] { tbb::parallel_for(0, count, fn); });
 }
 

@@ -17,8 +17,8 @@ using Eigen::Index;
 using Eigen::MatrixXf;
 
 /// One thread's working memory.
-struct Buffers {
-  explicit Buffers(const TrainGauge& g)
+struct FitBuffers {
+  explicit FitBuffers(const TrainGauge& g)
       : half(g.U.rows(), g.V.cols()),
         share(g.U.rows(), g.V.cols()),
         back(g.U.rows(), g.V.cols()),
@@ -63,7 +63,7 @@ SparseFitter::SparseFitter(const WeightedSlabSource& source, const TensorTrain& 
 MatrixXf SparseFitter::project(const MatrixXf& slices) const {
   MatrixXf projected(slices.rows(), slices.cols());
   const auto work = [&](int worker) {
-    Buffers b(gauge_);
+    FitBuffers b(gauge_);
     for (int j = worker; j < static_cast<int>(slices.cols()); j += threads_) {
       gemm(gauge_.U, Eigen::Map<const MatrixXf>(slices.col(j).data(), gauge_.rank1(), gauge_.rank2()),
            b.half);

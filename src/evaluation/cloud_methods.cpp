@@ -21,7 +21,7 @@ using Cloud = pcl::PointCloud<Point>;
 
 template <class PointT>
 typename pcl::PointCloud<PointT>::Ptr toCloud(const Eigen::Matrix3Xf& points) {
-  auto cloud = std::make_shared<pcl::PointCloud<PointT>>();
+  typename pcl::PointCloud<PointT>::Ptr cloud(new pcl::PointCloud<PointT>);
   cloud->reserve(static_cast<std::size_t>(points.cols()));
   for (Eigen::Index n = 0; n < points.cols(); ++n) {
     if (!points.col(n).allFinite()) continue;
@@ -132,7 +132,7 @@ std::unique_ptr<Method> makeCloudMethod(const std::string& kind, const Eigen::Ma
     auto icp = std::make_shared<pcl::IterativeClosestPoint<pcl::PointNormal, pcl::PointNormal>>();
     using PointToPlane =
         pcl::registration::TransformationEstimationPointToPlaneLLS<pcl::PointNormal, pcl::PointNormal>;
-    icp->setTransformationEstimation(std::make_shared<PointToPlane>());
+    icp->setTransformationEstimation(PointToPlane::Ptr(new PointToPlane));
     configure(*icp, options);
     return std::make_unique<PclMethod<pcl::PointNormal>>(icp,
                                                          withNormals(map_cloud, options.normal_neighbours));

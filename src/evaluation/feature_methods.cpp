@@ -26,13 +26,13 @@ using Tree = pcl::KdTreeFLANN<Feature>;
 constexpr std::size_t kMinFeatures = 20;
 
 struct Described {
-  Cloud::Ptr cloud = std::make_shared<Cloud>();
-  Features::Ptr features = std::make_shared<Features>();
+  Cloud::Ptr cloud{new Cloud};
+  Features::Ptr features{new Features};
 };
 
 // Normals over twice the cell, towards the sensor; points without a normal are left out.
 Cloud::Ptr oriented(const MapCloud& points, double cell) {
-  auto cloud = std::make_shared<Cloud>();
+  Cloud::Ptr cloud(new Cloud);
   for (Eigen::Index n = 0; n < points.points.cols(); ++n) {
     pcl::PointNormal point;
     point.getVector3fMap() = points.points.col(n);
@@ -43,7 +43,7 @@ Cloud::Ptr oriented(const MapCloud& points, double cell) {
   estimation.setRadiusSearch(2.0 * cell);
   Cloud normals;
   estimation.compute(normals);
-  auto result = std::make_shared<Cloud>();
+  Cloud::Ptr result(new Cloud);
   for (std::size_t n = 0; n < cloud->size(); ++n) {
     const Eigen::Vector3f normal = normals[n].getNormalVector3fMap();
     if (!normal.allFinite()) continue;

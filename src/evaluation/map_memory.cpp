@@ -10,15 +10,15 @@ namespace ttsdf {
 
 namespace {
 
-constexpr const char* kHeader = "dataset,method,paper_bytes,memory_bytes";
+constexpr const char* kMemoryHeader = "dataset,method,paper_bytes,memory_bytes";
 
-MapMemory fromLine(const std::string& line) {
+MapMemory memoryFromLine(const std::string& line) {
   std::istringstream cells(line);
   MapMemory row;
   char comma = 0;
   const bool labels = std::getline(cells, row.dataset, ',') && std::getline(cells, row.method, ',');
   if (!labels || !(cells >> row.paper_bytes >> comma >> row.memory_bytes)) {
-    throw std::runtime_error("got '" + line + "', wanted the columns " + kHeader);
+    throw std::runtime_error("got '" + line + "', wanted the columns " + kMemoryHeader);
   }
   return row;
 }
@@ -33,9 +33,9 @@ std::vector<MapMemory> readMapMemory(const std::string& path) {
   for (int number = 1; std::getline(in, line); ++number) {
     try {
       if (number > 1) {
-        rows.push_back(fromLine(line));
-      } else if (line != kHeader) {
-        throw std::runtime_error("got '" + line + "', wanted '" + kHeader + "'");
+        rows.push_back(memoryFromLine(line));
+      } else if (line != kMemoryHeader) {
+        throw std::runtime_error("got '" + line + "', wanted '" + kMemoryHeader + "'");
       }
     } catch (const std::runtime_error& error) {
       throw std::runtime_error("map memory '" + path + "', line " + std::to_string(number) + ": " +
@@ -56,7 +56,7 @@ void recordMapMemory(const std::string& path, const MapMemory& row) {
     rows.push_back(row);
   }
   std::ofstream out(path, std::ios::trunc);
-  out << kHeader << '\n';
+  out << kMemoryHeader << '\n';
   for (const auto& r : rows) {
     out << r.dataset << ',' << r.method << ',' << r.paper_bytes << ',' << r.memory_bytes << '\n';
   }

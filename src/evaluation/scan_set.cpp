@@ -77,7 +77,7 @@ ScanSet scansFromFrames(const FrameFolder& folder, const FrameSelection& selecti
 }
 
 MapCloud mapCloudFromFrames(const FrameFolder& folder, const FrameSelection& selection, double cell_size) {
-  auto cloud = std::make_shared<Cloud>();
+  Cloud::Ptr cloud(new Cloud);
   for (auto& scan : scansFromFrames(folder, selection).scans) {
     const Eigen::Isometry3f T_map_sensor = scan.T_map_sensor.cast<float>();
     for (Eigen::Index n = 0; n < scan.points.cols(); ++n) {
@@ -94,7 +94,7 @@ MapCloud mapCloudFromMesh(const SurfaceMesh& mesh, double cell_size) {
   if (mesh.empty()) throw std::invalid_argument("map cloud: got a mesh without triangles, wanted a surface");
   constexpr double kSamplesPerCell = 16.0;
   constexpr float kPlastic1 = 0.7548777f, kPlastic2 = 0.5698403f;  // Roberts's R2 sequence: even coverage
-  auto cloud = std::make_shared<Cloud>();
+  Cloud::Ptr cloud(new Cloud);
   double owed = 0.0;  // samples due: triangles smaller than one sample's area share them
   float s = 0.5f, t = 0.5f;
   for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
@@ -112,7 +112,7 @@ MapCloud mapCloudFromMesh(const SurfaceMesh& mesh, double cell_size) {
 }
 
 Eigen::Matrix3Xf thinned(const Eigen::Matrix3Xf& points, double cell_size) {
-  auto cloud = std::make_shared<Cloud>();
+  Cloud::Ptr cloud(new Cloud);
   for (Eigen::Index n = 0; n < points.cols(); ++n) {
     if (points.col(n).allFinite()) append(*cloud, points.col(n), Eigen::Vector3f::UnitZ());
   }

@@ -104,9 +104,7 @@ std::shared_ptr<const DenseDistanceField> makeLongRangeField(const DistanceField
       const Eigen::Vector3f query = batch.col(a);
       std::size_t index = 0;
       float squared = 0.0f;
-      nanoflann::KNNResultSet<float, std::size_t> nearest(1);
-      nearest.init(&index, &squared);
-      tree.findNeighbors(nearest, query.data(), nanoflann::SearchParams());
+      tree.knnSearch(query.data(), 1, &index, &squared);
       const float distance = std::sqrt(squared);
       values(a, b, c) =
           samples.values[a] < 0.0f ? -distance : distance;  // outside the box the value is 0: positive

@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kTolerancePixels = 0.1;
 /// 65535 mm: "no reading" of 16-bit depth images, which depth_image_proc takes for a distance.
-constexpr float kNoReading = 65535 * 0.001F;
-constexpr Eigen::Index kMinPoints = 100;
+constexpr float kNoDepth = 65535 * 0.001F;
+constexpr Eigen::Index kMinRays = 100;
 constexpr double kMinSpread = 0.1;  // share of the image's width and height that the points must span
 
 /// Least squares line slope * pixel + offset through (pixel, ray coordinate), fitted around the mean pixel.
@@ -52,7 +52,7 @@ bool fitIntrinsics(const Eigen::Matrix3Xf& points, CameraIntrinsics* k) {
     rows.add(static_cast<int>(i / k->width), p.y() / p.z());
     ++used;
   }
-  return used >= kMinPoints && columns.span() >= kMinSpread * k->width &&
+  return used >= kMinRays && columns.span() >= kMinSpread * k->width &&
          rows.span() >= kMinSpread * k->height && columns.solve(&k->fx, &k->cx) && rows.solve(&k->fy, &k->cy);
 }
 
@@ -78,7 +78,7 @@ std::optional<std::pair<DepthImage, CameraIntrinsics>> pinholeFromCloud(const Ei
     const Eigen::Vector3d p = points.col(i).cast<double>();
     if (!p.allFinite()) continue;
     if (!agrees(p, static_cast<int>(i % width), static_cast<int>(i / width), k)) return std::nullopt;
-    if (points(2, i) != kNoReading) image.depth[static_cast<std::size_t>(i)] = points(2, i);
+    if (points(2, i) != kNoDepth) image.depth[static_cast<std::size_t>(i)] = points(2, i);
   }
   return std::make_pair(std::move(image), k);
 }

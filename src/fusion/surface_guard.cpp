@@ -8,18 +8,18 @@ namespace ttsdf {
 namespace {
 
 constexpr int kMaxRadius = 4;
-constexpr int kSide = kBlockSide + 2 * kMaxRadius;  // block with its surroundings
+constexpr int kGuardSide = kBlockSide + 2 * kMaxRadius;  // block with its surroundings
 
 /// One bit per voxel of the block and its surroundings: bit z of rows[x][y], offset by kMaxRadius.
 struct SurroundingBits {
-  std::uint16_t rows[kSide][kSide] = {};
+  std::uint16_t rows[kGuardSide][kGuardSide] = {};
 };
-static_assert(kSide <= 16, "a row must fit its word");
+static_assert(kGuardSide <= 16, "a row must fit its word");
 
 /// Part of [0, 8) of a neighbouring block at `step` (-1, 0, 1 blocks away) that lies within `radius` of the
 /// block.
-struct Span {
-  Span(int step, int radius)
+struct GuardSpan {
+  GuardSpan(int step, int radius)
       : begin(step < 0 ? kBlockSide - radius : 0),
         end(step > 0 ? radius : kBlockSide),
         shift(step * kBlockSide + kMaxRadius) {}
@@ -27,7 +27,7 @@ struct Span {
 };
 
 template <class IsNegative>
-void collect(const Span& x, const Span& y, const Span& z, SurroundingBits& bits, const IsNegative& negative) {
+void collect(const GuardSpan& x, const GuardSpan& y, const GuardSpan& z, SurroundingBits& bits, const IsNegative& negative) {
   for (int i = x.begin; i < x.end; ++i) {
     for (int j = y.begin; j < y.end; ++j) {
       unsigned row = 0;
@@ -46,7 +46,7 @@ SurroundingBits negativeVoxels(const openvdb::FloatTree& tsdf, const openvdb::Co
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dz = -1; dz <= 1; ++dz) {
         const openvdb::Coord neighbour = origin.offsetBy(dx * kBlockSide, dy * kBlockSide, dz * kBlockSide);
-        const Span x(dx, radius), y(dy, radius), z(dz, radius);
+        const GuardSpan x(dx, radius), y(dy, radius), z(dz, radius);
         if (const FloatLeaf* leaf = accessor.probeConstLeaf(neighbour)) {
           const float* values = leaf->buffer().data();
           collect(x, y, z, bits, [values](int n) { return values[n] < 0.0F; });
@@ -65,10 +65,10 @@ BlockMask nearNegative(const openvdb::FloatTree& tsdf, const openvdb::Coord& ori
   radius = std::clamp(radius, 1, kMaxRadius);
   const SurroundingBits bits = negativeVoxels(tsdf, origin, radius);
   // Dilation by a cube: along z within the words, then along y, then along x.
-  std::uint16_t along_zy[kSide][kBlockSide] = {};
-  for (int i = kMaxRadius - radius; i < kSide - kMaxRadius + radius; ++i) {
-    std::uint16_t along_z[kSide] = {};
-    for (int j = 0; j < kSide; ++j) {
+  std::uint16_t along_zy[kGuardSide][kBlockSide] = {};
+  for (int i = kMaxRadius - radius; i < kGuardSide - kMaxRadius + radius; ++i) {
+    std::uint16_t along_z[kGuardSide] = {};
+    for (int j = 0; j < kGuardSide; ++j) {
       unsigned row = bits.rows[i][j];
       for (int r = 1; r <= radius; ++r)
         row |= (static_cast<unsigned>(bits.rows[i][j]) << r) | (bits.rows[i][j] >> r);

@@ -1,6 +1,5 @@
 #include "ttsdf_localization/fusion/tsdf_volume.h"
 
-#include <tbb/info.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -50,7 +49,7 @@ void checkPose(const Eigen::Isometry3d& pose, const FusionOptions& options) {
 
 /// TBB prints a warning when asked for more threads than it has.
 int concurrency(const FusionOptions& options) {
-  return std::min(options.threads, tbb::info::default_concurrency());
+  return std::min(options.threads, tbb::this_task_arena::max_concurrency());
 }
 
 TsdfVolume::Grids emptyGrids(const FusionOptions& options) {

@@ -29,7 +29,7 @@ const PointField& findField(const PointCloud2& cloud, const std::string& name) {
 struct Layout {
   std::array<std::size_t, 3> offset;
   std::uint8_t datatype;
-  std::size_t point_step, row_step;
+  std::uint64_t point_step, row_step;  // products of them do not fit 32 bits
   bool swap;
 };
 
@@ -43,7 +43,7 @@ bool hostIsBigEndian() {
 Layout checkedLayout(const PointCloud2& cloud) {
   Layout layout{};
   layout.point_step = cloud.point_step;
-  layout.row_step = cloud.height > 1 ? cloud.row_step : std::size_t{cloud.width} * cloud.point_step;
+  layout.row_step = cloud.height > 1 ? cloud.row_step : std::uint64_t{cloud.width} * cloud.point_step;
   layout.swap = (cloud.is_bigendian != 0) != hostIsBigEndian();
   layout.datatype = findField(cloud, "x").datatype;
   if (layout.datatype != PointField::FLOAT32 && layout.datatype != PointField::FLOAT64) {
@@ -58,19 +58,19 @@ Layout checkedLayout(const PointCloud2& cloud) {
       refuse(std::string("fields 'x' and '") + names[n] + "' differ in datatype: " +
              std::to_string(layout.datatype) + " and " + std::to_string(field.datatype));
     }
-    if (std::size_t{field.offset} + size > layout.point_step) {
+    if (std::uint64_t{field.offset} + size > layout.point_step) {
       refuse(std::string("field '") + names[n] + "' ends at byte " +
-             std::to_string(std::size_t{field.offset} + size) + " of a point of " +
+             std::to_string(std::uint64_t{field.offset} + size) + " of a point of " +
              std::to_string(layout.point_step) + " bytes");
     }
     layout.offset[n] = field.offset;
   }
-  if (layout.row_step < std::size_t{cloud.width} * layout.point_step) {
+  if (layout.row_step < std::uint64_t{cloud.width} * layout.point_step) {
     refuse("row_step " + std::to_string(layout.row_step) + " is less than width x point_step = " +
-           std::to_string(std::size_t{cloud.width} * layout.point_step));
+           std::to_string(std::uint64_t{cloud.width} * layout.point_step));
   }
-  const std::size_t needed =
-      (std::size_t{cloud.height} - 1) * layout.row_step + std::size_t{cloud.width} * layout.point_step;
+  const std::uint64_t needed =
+      (std::uint64_t{cloud.height} - 1) * layout.row_step + std::uint64_t{cloud.width} * layout.point_step;
   if (cloud.data.size() < needed) {
     refuse("got " + std::to_string(cloud.data.size()) + " bytes of data, wanted " + std::to_string(needed));
   }

@@ -41,7 +41,7 @@ const OptionTable<DemoOptions>& demoOptionTable() {
           .add("start_turn", &O::start_turn, 0.0, 3.0, "rad", "Error of its heading.")
           .add("odom_frame_id", &O::odom_frame_id, {}, "Frame that odometry drifts in.")
           .add("base_frame_id", &O::base_frame_id, {}, "Frame of the body that moves.")
-          .add("timeout", &O::timeout, 1.0, 3600.0, "s", "For each node and each service call.");
+          .add("timeout", &O::timeout, 1.0, 3600.0, "s", "Without a sign of life of the nodes.");
   return kTable;
 }
 
@@ -190,17 +190,35 @@ void DemoRos::drive(double seconds, const std::string& what) const {
   }
 }
 
+// Patience is counted in camera images, not in seconds: a slow machine has more of it. Only silence has a
+// clock.
 template <class Condition>
 void DemoRos::waitFor(const std::string& what, const Condition& condition) {
-  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(options_.timeout);
-  while (ros::ok() && ros::WallTime::now() < end) {
+  constexpr std::uint32_t kPatience = 900;  // images: a minute on a machine that keeps up
+  std::uint32_t first = 0, signs = 0;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    first = images_;
+  }
+  ros::WallTime heard = ros::WallTime::now();
+  while (ros::ok()) {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (condition()) return;
+      if (images_ - first > kPatience) {
+        throw std::runtime_error("waited " + std::to_string(kPatience) + " camera images for " + what);
+      }
+      if (signs_ != signs) heard = ros::WallTime::now();
+      signs = signs_;
+    }
+    if ((ros::WallTime::now() - heard).toSec() > options_.timeout) {
+      throw std::runtime_error("no node gave a sign of life for " +
+                               std::to_string(static_cast<int>(options_.timeout)) + " s while waiting for " +
+                               what);
     }
     ros::WallDuration(0.02).sleep();
   }
-  throw std::runtime_error("waited " + std::to_string(static_cast<int>(options_.timeout)) + " s for " + what);
+  throw std::runtime_error("the demo was interrupted while waiting for " + what);
 }
 
 template <class Service>
@@ -220,6 +238,8 @@ typename Service::Response DemoRos::call(const std::string& name, const typename
 void DemoRos::onTruth(const geometry_msgs::PoseStampedConstPtr& message) {
   const std::lock_guard<std::mutex> lock(mutex_);
   newest_truth_ = *message;
+  ++images_;
+  ++signs_;
   if (recording_) report_.truth.push_back({message->header.stamp.toSec(), fromMessage(message->pose)});
 }
 
@@ -231,6 +251,7 @@ void DemoRos::onPose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& mes
 
 void DemoRos::onStatus(const ttsdf_localization::LocalizationStatusConstPtr& message) {
   const std::lock_guard<std::mutex> lock(mutex_);
+  ++signs_;
   if (recording_) {
     const bool newly_lost =
         message->state == LocalizationStatus::LOST && newest_status_.state != LocalizationStatus::LOST;
@@ -246,7 +267,12 @@ void DemoRos::onStatus(const ttsdf_localization::LocalizationStatusConstPtr& mes
 
 void DemoRos::onProgress(const ttsdf_localization::BuildProgressConstPtr& message) {
   const std::lock_guard<std::mutex> lock(mutex_);
+  ++signs_;
   fused_ = message->fused;
+  if (message->step != "fusing") {
+    ROS_INFO_THROTTLE(10.0, "Demo: the map is built: %s, %.0f %%", message->step.c_str(),
+                      100.0 * message->share);
+  }
 }
 
 }  // namespace ttsdf

@@ -51,14 +51,14 @@ Level coarser(const Level& fine, int threads) {
 
 /// Neighbouring coarse samples of a fine index and the share of the first: a coarse sample sits between two
 /// fine ones.
-struct Span {
+struct HoleSpan {
   int low, high;
   float share_high;
 };
-Span coarseSpan(int index, int coarse_size) {
+HoleSpan coarseSpan(int index, int coarse_size) {
   const int base = index / 2;
-  return index % 2 == 0 ? Span{std::max(base - 1, 0), base, 0.75F}
-                        : Span{base, std::min(base + 1, coarse_size - 1), 0.25F};
+  return index % 2 == 0 ? HoleSpan{std::max(base - 1, 0), base, 0.75F}
+                        : HoleSpan{base, std::min(base + 1, coarse_size - 1), 0.25F};
 }
 
 /// Trilinear values of the coarser level for the loose samples.
@@ -66,11 +66,11 @@ void interpolate(const Level& coarse, Level& fine, int threads) {
   const Dims& dims = fine.values.dims();
   const Dims& from = coarse.values.dims();
   forEachRow(dims, threads, [&](int j, int k) {
-    const Span y = coarseSpan(j, from[1]), z = coarseSpan(k, from[2]);
+    const HoleSpan y = coarseSpan(j, from[1]), z = coarseSpan(k, from[2]);
     for (int i = 0; i < dims[0]; ++i) {
       const std::size_t n = fine.values.offset(i, j, k);
       if (!fine.loose[n]) continue;
-      const Span x = coarseSpan(i, from[0]);
+      const HoleSpan x = coarseSpan(i, from[0]);
       const auto along_x = [&](int b, int c) {
         return (1.0F - x.share_high) * coarse.values(x.low, b, c) +
                x.share_high * coarse.values(x.high, b, c);

@@ -15,8 +15,8 @@ namespace {
 
 using FloatLeaf = openvdb::FloatTree::LeafNodeType;
 using MaskLeaf = openvdb::MaskTree::LeafNodeType;
-constexpr int kSide = FloatLeaf::DIM;
-constexpr int kPortion = 8 * kSide;  // samples asked for at a time, per axis
+constexpr int kLeafSide = FloatLeaf::DIM;
+constexpr int kPortion = 8 * kLeafSide;  // samples asked for at a time, per axis
 
 class Filler {
  public:
@@ -34,9 +34,9 @@ class Filler {
     const Dims size = high - low;
     std::vector<float> values(static_cast<std::size_t>(size.prod()));
     distances_(low, size, values.data());
-    for (int x = corner[0]; x < high[0]; x += kSide) {
-      for (int y = corner[1]; y < high[1]; y += kSide) {
-        for (int z = corner[2]; z < high[2]; z += kSide) fillBlock({x, y, z}, low, size, values);
+    for (int x = corner[0]; x < high[0]; x += kLeafSide) {
+      for (int y = corner[1]; y < high[1]; y += kLeafSide) {
+        for (int z = corner[2]; z < high[2]; z += kLeafSide) fillBlock({x, y, z}, low, size, values);
       }
     }
   }
@@ -48,7 +48,7 @@ class Filler {
     auto tsdf = std::make_unique<FloatLeaf>(origin, truncation_, false);
     auto weight = std::make_unique<FloatLeaf>(origin, 0.0F, false);
     auto free = std::make_unique<MaskLeaf>(origin, false);
-    const Eigen::Array3i from = block.max(low), to = (block + kSide).min(low + size);
+    const Eigen::Array3i from = block.max(low), to = (block + kLeafSide).min(low + size);
     for (int z = from[2]; z < to[2]; ++z) {
       for (int y = from[1]; y < to[1]; ++y) {
         const Eigen::Array3i local = Eigen::Array3i(from[0], y, z) - low;
@@ -95,7 +95,7 @@ TsdfVolume idealVolume(const DistanceSampler& distances, const Eigen::Array3i& b
   }
   TsdfVolume volume(options);
   Filler filler(volume, distances, begin, size);
-  const Eigen::Array3i first = begin.unaryExpr([](int index) { return index & ~(kSide - 1); });
+  const Eigen::Array3i first = begin.unaryExpr([](int index) { return index & ~(kLeafSide - 1); });
   const Dims portions = (begin + size - first + kPortion - 1) / kPortion;
   parallelFor(portions.prod(), options.threads, [&](int n) {
     const Eigen::Array3i at(n % portions[0], n / portions[0] % portions[1], n / portions[0] / portions[1]);

@@ -10,7 +10,7 @@ namespace {
 
 using FloatLeaf = openvdb::FloatTree::LeafNodeType;
 using MaskLeaf = openvdb::MaskTree::LeafNodeType;
-constexpr int kSide = FloatLeaf::DIM;
+constexpr int kLeafEdge = FloatLeaf::DIM;
 
 /// Copies block by block: a leaf of the trees is looked up once for its 8^3 voxels.
 class BlockCopier {
@@ -22,12 +22,12 @@ class BlockCopier {
   void copyLayer(int z) {
     const Eigen::Array3i& origin = observed_.origin;
     const Eigen::Array3i end = origin + observed_.dims;
-    for (int y = floored(origin[1]); y < end[1]; y += kSide) {
-      for (int x = floored(origin[0]); x < end[0]; x += kSide) copyBlock({x, y, z});
+    for (int y = floored(origin[1]); y < end[1]; y += kLeafEdge) {
+      for (int x = floored(origin[0]); x < end[0]; x += kLeafEdge) copyBlock({x, y, z});
     }
   }
 
-  static int floored(int index) { return index & ~(kSide - 1); }
+  static int floored(int index) { return index & ~(kLeafEdge - 1); }
 
  private:
   /// One value and one state throughout.
@@ -55,7 +55,7 @@ class BlockCopier {
     const bool tile_active = !tsdf && tsdf_.isValueOn(corner), tile_free = !free && free_.isValueOn(corner);
     const float tile_value = tsdf ? 0.0F : tsdf_.getValue(corner);
     const Eigen::Array3i low = block.max(observed_.origin);
-    const Eigen::Array3i high = (block + kSide).min(observed_.origin + observed_.dims);
+    const Eigen::Array3i high = (block + kLeafEdge).min(observed_.origin + observed_.dims);
     if (!tsdf && !free) {
       fillBlock(low, high, tile_value, stateOf(tile_value, tile_active, tile_free));
       return;
@@ -105,9 +105,9 @@ ObservedGrid observedGrid(const TsdfVolume& volume, const Eigen::Array3i& origin
   observed.tsdf.resize(count);
   observed.state.resize(count);
   const int first = BlockCopier::floored(origin[2]);
-  const int layers = (origin[2] + dims[2] - first + kSide - 1) / kSide;
+  const int layers = (origin[2] + dims[2] - first + kLeafEdge - 1) / kLeafEdge;
   parallelFor(layers, threads,
-              [&](int layer) { BlockCopier(volume.grids(), observed).copyLayer(first + kSide * layer); });
+              [&](int layer) { BlockCopier(volume.grids(), observed).copyLayer(first + kLeafEdge * layer); });
   return observed;
 }
 

@@ -16,7 +16,7 @@
 namespace ttsdf {
 namespace {
 
-constexpr int kTileSide = 128;
+constexpr int kFieldTileSide = 128;
 // Beyond the reach of a value [voxel]: sharpening and smoothing of the surface look three rings of vertices
 // far, a jump of the sign four samples.
 constexpr int kSurfaceHalo = 7, kValueHalo = 6;
@@ -171,7 +171,7 @@ SampledField sampleSurfaceTiles(const TsdfVolume& volume, const BuildOptions& op
                                     static_cast<float>(options.clamp_positive));
   if (options.support_mask) field.mask = SupportMask(field.geometry.dims, kMaskCellVoxels, false);
   TileSampler sampler(volume, options, field, *bricks);
-  const Tiling tiling(field.geometry.dims, kTileSide);
+  const Tiling tiling(field.geometry.dims, kFieldTileSide);
   parallelFor(tiling.count(), options.threads, step, [&](int number) { sampler.sample(tiling.box(number)); });
   bricks->fillLoose(options.threads);
   field.bricks = bricks;

@@ -1,3 +1,4 @@
+#include "ttsdf_localization/map/tt_sdf_map.h"
 #include "ttsdf_localization/signed_field/field_bricks.h"
 #include "ttsdf_localization/signed_field/sampled_field.h"
 #include "ttsdf_localization/signed_field/sampled_field_methods.h"

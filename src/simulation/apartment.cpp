@@ -10,6 +10,7 @@
 //       0     4.4     5.4  6.8      10
 #include <cmath>
 
+#include "headings.h"
 #include "tours.h"
 #include "ttsdf_localization/simulation/scene_builder.h"
 #include "ttsdf_localization/simulation/worlds.h"
@@ -18,9 +19,6 @@ namespace ttsdf {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kEast = 0.0, kNorth = 0.5 * kPi, kWest = kPi,
-                 kSouth = -0.5 * kPi;  // facing directions [rad]
 constexpr double kHeight = 2.6;
 constexpr double kOuter = 0.25, kInner = 0.12;  // wall thickness [m]
 constexpr double kHalf = 0.5 * kInner;

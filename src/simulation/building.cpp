@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "headings.h"
 #include "tours.h"
 #include "ttsdf_localization/simulation/scene_builder.h"
 #include "ttsdf_localization/simulation/worlds.h"
@@ -12,11 +13,9 @@ namespace ttsdf {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kEast = 0.0, kNorth = 0.5 * kPi, kWest = kPi, kSouth = -0.5 * kPi;
 constexpr double kLengthX = 14.70, kLengthY = 18.66;
 constexpr double kSlab = 0.20, kClear = 2.78, kStorey = kSlab + kClear;  // 3 slabs + 2 clear heights = 6.16 m
-constexpr double kOuter = 0.30, kInner = 0.14;
+constexpr double kFacade = 0.30, kPartition = 0.14;
 constexpr double kWestWall = 6.35, kEastWall = 8.35;  // the corridor's walls
 constexpr double kDoorWidth = 0.95, kDoorHeight = 2.1;
 constexpr double kStairsY = 12.4, kStairsRun = 0.28, kStairsX = 7.85;
@@ -27,7 +26,7 @@ using Cuts = std::array<double, 5>;
 
 Cuts cuts(int storey, bool east) {
   const double shift = (storey == 0 ? 0.0 : 0.7) + (east ? -0.5 : 0.0);
-  return {kOuter, 4.9 + shift, 9.2 + shift, 13.6 + 0.5 * shift, kLengthY - kOuter};
+  return {kFacade, 4.9 + shift, 9.2 + shift, 13.6 + 0.5 * shift, kLengthY - kFacade};
 }
 
 struct Room {
@@ -44,8 +43,8 @@ std::vector<Room> rooms() {
       const Cuts y = cuts(storey, east);
       for (std::size_t i = 0; i + 1 < y.size(); ++i) {
         Room room{};
-        room.x_min = east ? kEastWall : kOuter;
-        room.x_max = east ? kLengthX - kOuter : kWestWall;
+        room.x_min = east ? kEastWall : kFacade;
+        room.x_max = east ? kLengthX - kFacade : kWestWall;
         room.y_min = y[i];
         room.y_max = y[i + 1];
         room.floor = storey * kStorey;
@@ -68,7 +67,7 @@ void addSlab(SceneBuilder& b, double bottom, bool hole) {
     b.box({0.0, 0.0, bottom}, {kLengthX, kLengthY, top});
     return;
   }
-  const double x0 = kStairsX - 0.5, x1 = kEastWall - 0.5 * kInner;
+  const double x0 = kStairsX - 0.5, x1 = kEastWall - 0.5 * kPartition;
   const double y0 = kStairsY + 0.6, y1 = kStairsY + kStairsRun * kStairsSteps - SceneBuilder::kEmbed;
   b.box({0.0, 0.0, bottom}, {x0, kLengthY, top});
   b.box({x1, 0.0, bottom}, {kLengthX, kLengthY, top});
@@ -77,7 +76,7 @@ void addSlab(SceneBuilder& b, double bottom, bool hole) {
 }
 
 void addOuterWalls(SceneBuilder& b, int storey) {
-  const double floor = storey * kStorey, top = floor + kClear, h = 0.5 * kOuter;
+  const double floor = storey * kStorey, top = floor + kClear, h = 0.5 * kFacade;
   const Eigen::Vector2d south_west(h, h), south_east(kLengthX - h, h);
   const Eigen::Vector2d north_west(h, kLengthY - h), north_east(kLengthX - h, kLengthY - h);
   std::vector<WallOpening> windows;
@@ -85,14 +84,14 @@ void addOuterWalls(SceneBuilder& b, int storey) {
     const double from = 2.0 + 4.4 * i + 0.3 * storey;
     windows.push_back({from, from + 1.2 + 0.2 * (i % 2), 0.9, 2.2});
   }
-  b.wall(south_west, north_west, floor, top, kOuter, windows);
-  b.wall(south_east, north_east, floor, top, kOuter, windows);
-  b.wall(south_west, south_east, floor, top, kOuter, {{6.8, 7.6, 0.5, 2.3}});
-  b.wall(north_west, north_east, floor, top, kOuter, {{2.0, 3.4, 1.0, 2.2}});
+  b.wall(south_west, north_west, floor, top, kFacade, windows);
+  b.wall(south_east, north_east, floor, top, kFacade, windows);
+  b.wall(south_west, south_east, floor, top, kFacade, {{6.8, 7.6, 0.5, 2.3}});
+  b.wall(north_west, north_east, floor, top, kFacade, {{2.0, 3.4, 1.0, 2.2}});
 }
 
 void addInnerWalls(SceneBuilder& b, int storey) {
-  const double floor = storey * kStorey, top = floor + kClear, start = 0.5 * kOuter;
+  const double floor = storey * kStorey, top = floor + kClear, start = 0.5 * kFacade;
   for (const bool east : {false, true}) {
     const double x = east ? kEastWall : kWestWall;
     std::vector<WallOpening> doors;
@@ -101,10 +100,10 @@ void addInnerWalls(SceneBuilder& b, int storey) {
       const double middle = room.door_y - start;
       doors.push_back({middle - 0.5 * kDoorWidth, middle + 0.5 * kDoorWidth, 0.0, kDoorHeight});
     }
-    b.wall({x, start}, {x, kLengthY - start}, floor, top, kInner, doors);
+    b.wall({x, start}, {x, kLengthY - start}, floor, top, kPartition, doors);
     const Cuts y = cuts(storey, east);
     for (std::size_t i = 1; i + 1 < y.size(); ++i) {
-      b.wall({east ? x : start, y[i]}, {east ? kLengthX - start : x, y[i]}, floor, top, kInner);
+      b.wall({east ? x : start, y[i]}, {east ? kLengthX - start : x, y[i]}, floor, top, kPartition);
     }
   }
 }
@@ -115,7 +114,7 @@ void furnish(SceneBuilder& b, const Room& r) {
   const double far_x = r.east ? r.x_max : r.x_min, facing = r.east ? kWest : kEast,
                inward = r.east ? -1.0 : 1.0;
   const double middle_x = 0.5 * (r.x_min + r.x_max), middle_y = 0.5 * (r.y_min + r.y_max);
-  const double yaw = 0.2 * (n % 5) - 0.4, inner = 0.5 * kInner;
+  const double yaw = 0.2 * (n % 5) - 0.4, inner = 0.5 * kPartition;
   b.shelf({far_x + inward * 0.18, r.y_max - 1.1, r.floor, facing}, {0.4, 1.1 + 0.1 * (n % 3), 1.9}, 3 + n % 3,
           n);
   b.radiator({far_x, r.y_min + 1.9, r.floor, facing}, 0.9);
@@ -158,11 +157,11 @@ AnalyticScene makeBuilding() {
     addInnerWalls(b, storey);
   }
   b.stairs({kStairsX, kStairsY, 0.0, kNorth}, 0.9, kStairsRun, kStorey / kStairsSteps, kStairsSteps);
-  b.panel({kWestWall + 0.5 * kInner, 8.0, 1.2, kEast}, 1.2, 0.8);
+  b.panel({kWestWall + 0.5 * kPartition, 8.0, 1.2, kEast}, 1.2, 0.8);
   b.cabinet({kEastWall - 0.25, 0.9, 0.0, kWest}, {0.4, 0.8, 1.2}, 2);
   b.plant({kWestWall + 0.4, 18.0, 0.0, 0.0}, 1.2);
   b.plant({kWestWall + 0.4, 0.8, kStorey, 0.0}, 1.5);
-  b.panel({kWestWall + 0.5 * kInner, 11.0, kStorey + 1.2, kEast}, 0.8, 1.0);
+  b.panel({kWestWall + 0.5 * kPartition, 11.0, kStorey + 1.2, kEast}, 0.8, 1.0);
   for (const Room& room : rooms()) furnish(b, room);
   return b.build();
 }

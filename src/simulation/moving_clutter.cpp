@@ -5,10 +5,11 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "headings.h"
+
 namespace ttsdf {
 
 namespace {
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kDepth = 0.35, kWidth = 0.5;  ///< of a person [m]
 constexpr double kHalfAngle = 0.5;  ///< to either side of the camera's axis that people cross [rad]
 }  // namespace

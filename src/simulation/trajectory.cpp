@@ -5,11 +5,12 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "headings.h"
+
 namespace ttsdf {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kStepsPerSegment = 60;
 constexpr double kSwayShare = 0.2;  ///< of both speed limits that is kept for the sway
 

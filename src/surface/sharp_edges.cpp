@@ -16,7 +16,7 @@ constexpr float kSamePlaneCosine = 0.94F;   // 20 degrees
 constexpr float kOtherPlaneCosine = 0.82F;  // 35 degrees
 constexpr float kFlatness = 0.1F;           // rms distance from a plane [voxel]
 constexpr float kMaxMove = 1.2F;            // [voxel]
-constexpr std::size_t kMinPoints = 5;
+constexpr std::size_t kMinEdgePoints = 5;
 
 struct Plane {
   Eigen::Vector3f normal;
@@ -111,7 +111,7 @@ class Sharpener {
   /// One plane after the other, each seeded by the vertex whose normal differs most from those found. False
   /// if the surroundings are not made of planes.
   bool findPlanes(std::vector<int> around, std::vector<Plane>& planes) const {
-    while (around.size() >= kMinPoints && planes.size() < 3) {
+    while (around.size() >= kMinEdgePoints && planes.size() < 3) {
       std::size_t seed = 0;
       float smallest = std::numeric_limits<float>::max();
       for (std::size_t n = 0; n < around.size(); ++n) {
@@ -125,7 +125,7 @@ class Sharpener {
                                        [&](int v) { return normal(v).dot(direction) < kSamePlaneCosine; });
       const std::vector<int> members(rest, around.end());
       around.erase(rest, around.end());
-      if (members.size() < kMinPoints) continue;
+      if (members.size() < kMinEdgePoints) continue;
       Plane plane{};
       if (!fit(members, plane)) return false;
       planes.push_back(plane);

@@ -6,9 +6,11 @@
 // Note: a marked function must not inline Eigen code (its vector width would differ from the rest of the
 // program).
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12
 #define TTSDF_VECTORIZE \
   __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"), optimize("O3")))
+#elif defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)  // knows no levels: without fused multiply-add
+#define TTSDF_VECTORIZE __attribute__((target_clones("avx512f", "avx2", "default"), optimize("O3")))
 #else
 #define TTSDF_VECTORIZE
 #endif

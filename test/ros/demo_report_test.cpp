@@ -53,6 +53,18 @@ TEST(DemoReport, EachLimitIsAProblemOfItsOwn) {
   EXPECT_EQ(problems(report).size(), 1u);
 }
 
+TEST(DemoReport, ScansThatASlowMachineDropsAreNamedAndNoProblem) {
+  DemoReport report = runWithError(0.01);
+  report.scans = 300;
+  report.dropped = 200;
+  EXPECT_TRUE(problems(report).empty());
+  const std::string text = toText(report);
+  EXPECT_NE(text.find("98 of 100 scans localised (98.0 %)"), std::string::npos) << text;
+  EXPECT_NE(text.find("too slow for every scan: 200 were overtaken"), std::string::npos) << text;
+  report.dropped = 400;  // more than there were: no wrap
+  EXPECT_EQ(problems(report).size(), 1u);
+}
+
 TEST(DemoReport, NothingAtAllIsReportedAndNoCrash) {
   const DemoReport empty;
   EXPECT_EQ(problems(empty).size(), 3u);

@@ -208,10 +208,9 @@ class SummarizeTests(ScriptTest):
     def summary(self, entries, files):
         results = self.folder / "results"
         (results / "package").mkdir(parents=True)
-        text = "".join('<testcase name="%s" status="%s">%s</testcase>' % (name, "run" if good else "fail",
-                                                                         "" if good else "<failure/>")
-                       for name, good in entries)
-        (results / "ctest_unit.xml").write_text("<testsuite>" + text + "</testsuite>")
+        text = "".join("%3d/%d Test #%d: %s %s   %s    0.01 sec\n" % (n, len(entries), n, name, "." * 20, outcome)
+                       for n, (name, outcome) in enumerate(entries, 1))
+        (results / "ctest_unit.txt").write_text("Test project /build\n" + text)
         for name, body in files.items():
             (results / "package" / name).write_text("<testsuite>" + body + "</testsuite>")
         result = run("summarize_tests", results)
@@ -219,7 +218,7 @@ class SummarizeTests(ScriptTest):
 
     def test_counts_cases_and_names_what_was_skipped_or_failed(self):
         code, lines = self.summary(
-            [("_ctest_package_gtest_a_test", False), ("plain", True)],
+            [("_ctest_package_gtest_a_test", "***Failed"), ("plain", "Passed")],
             {"gtest-a_test.xml": '<testcase classname="A" name="One"/><testcase classname="A" name="Two"><failure/>'
                                  '</testcase><testcase classname="A" name="Three"><skipped message="no data"/></testcase>'})
         self.assertEqual(code, 1)
@@ -229,13 +228,18 @@ class SummarizeTests(ScriptTest):
 
     def test_a_crash_and_missing_results_are_failures(self):
         code, lines = self.summary(
-            [("_ctest_package_gtest_a_test", False), ("_ctest_package_gtest_b_test", True)],
+            [("_ctest_package_gtest_a_test", "***Failed"), ("_ctest_package_gtest_b_test", "Passed")],
             {"gtest-a_test.xml": '<testcase classname="A" name="One"/>'})
         self.assertEqual((code, lines[-1]), (1, "1 passed, 2 failed, 0 skipped"))
 
+    def test_programs_without_results_count_by_what_ctest_says(self):
+        code, lines = self.summary([("a", "Passed"), ("b", "***Timeout"), ("c", "***Skipped"), ("d", "***Not Run"),
+                                    ("e", "***Exception: SegFault"), ("f", "Subprocess aborted***Exception:")], {})
+        self.assertEqual((code, lines[-1]), (1, "1 passed, 4 failed, 1 skipped"))
+
     def test_rostest_cases_count_once(self):
         code, lines = self.summary(
-            [("_ctest_package_rostest_test_ros_x.test", True)],
+            [("_ctest_package_rostest_test_ros_x.test", "Passed")],
             {"rostest-test_ros_x.xml": '<testcase classname="R" name="testx_node"/>',
              "rosunit-x_node.xml": '<testcase classname="X" name="One"/><testcase classname="X" name="Two"/>'})
         self.assertEqual((code, lines[-1]), (0, "2 passed, 0 failed, 0 skipped"))

@@ -35,7 +35,7 @@ struct DemoReport {
 };
 
 /// What is wrong with a run; empty: nothing. The limits are those of the demo's acceptance: poses for 95 % of
-/// the scans, rms error of 3 cm at most.
+/// the scans that were not dropped, rms error of 3 cm at most.
 std::vector<std::string> problems(const DemoReport& report);
 
 /// Several lines for people; one line "FAILED: ..." per problem at the end.

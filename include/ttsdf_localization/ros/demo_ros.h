@@ -29,7 +29,7 @@ struct DemoOptions {
   double start_turn = 0.1;             ///< ... and turned by this much [rad]
   std::string odom_frame_id = "odom";
   std::string base_frame_id = "base_link";
-  double timeout = 60.0;  ///< for each node to come up, and for each service call [s]
+  double timeout = 120.0;  ///< without a sign of life of the nodes [s]
 };
 const OptionTable<DemoOptions>& demoOptionTable();
 
@@ -78,7 +78,9 @@ class DemoRos {
 
   std::mutex mutex_;  // guards what callbacks write
   DemoReport report_;
-  std::uint32_t fused_ = 0;  ///< scans, by the builder's progress
+  std::uint32_t fused_ = 0;   ///< scans, by the builder's progress
+  std::uint32_t images_ = 0;  ///< of the camera
+  std::uint32_t signs_ = 0;   ///< of life: messages of any node
   bool recording_ = false;
   ros::Time recording_since_;
   geometry_msgs::PoseStamped newest_truth_;

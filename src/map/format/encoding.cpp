@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <sstream>
 
 #include "../codec/core_quantizer.h"
@@ -16,6 +18,20 @@ constexpr double kMaxParameters = 1 << 26;
 
 /// IEEE 754 half precision has no number above this.
 constexpr float kMaxHalf = 65504.0f;
+
+static_assert(sizeof(Eigen::half) == 2, "Eigen::half is its bits");
+
+std::uint16_t bitsOf(Eigen::half value) {
+  std::uint16_t bits;
+  std::memcpy(&bits, &value, sizeof(bits));
+  return bits;
+}
+
+Eigen::half halfOf(std::uint16_t bits) {
+  Eigen::half value;
+  std::memcpy(static_cast<void*>(&value), &bits, sizeof(bits));
+  return value;
+}
 
 CoreHeader headerOf(const TensorTrain& train, Encoding encoding) {
   CoreHeader header;
@@ -68,7 +84,7 @@ void writeFloat16(const TensorTrain& train, ByteWriter& out) {
                                   std::to_string(core.cwiseAbs().maxCoeff()) + ", wanted at most 65504");
     }
     for (Eigen::Index n = 0; n < core.size(); ++n) {
-      out.u16(Eigen::numext::bit_cast<std::uint16_t>(static_cast<Eigen::half>(core.data()[n])));
+      out.u16(bitsOf(static_cast<Eigen::half>(core.data()[n])));
     }
   });
 }
@@ -178,8 +194,7 @@ TensorTrain readCores(ByteReader& in, const Dims& dims) {
   const CoreHeader header = readCoreHeader(in, dims);
   switch (header.encoding) {
     case Encoding::kFloat16:
-      return readPlain(in, header, 2,
-                       [&] { return static_cast<float>(Eigen::numext::bit_cast<Eigen::half>(in.u16())); });
+      return readPlain(in, header, 2, [&] { return static_cast<float>(halfOf(in.u16())); });
     case Encoding::kQuantized:
       return dequantize(readQuantized(in, header));
     case Encoding::kFloat32:
