@@ -1,7 +1,5 @@
 # Layer 1: the tensor train, the field, registration, the map file. Eigen, nanoflann, zlib, liblzma; nothing else.
-find_package(Eigen3 REQUIRED)
 find_package(ZLIB REQUIRED)
-find_package(Threads REQUIRED)
 ttsdf_find_library(LZMA_LIBRARY lzma)
 
 ttsdf_library(ttsdf_core

@@ -1,19 +1,14 @@
 # Layer 2: fusion of depth into OpenVDB volumes, signed fields from volumes and meshes, map building. No ROS.
 
-find_package(TBB CONFIG QUIET)
-if(NOT TARGET TBB::tbb)
-  ttsdf_find_library(TTSDF_TBB_LIBRARY tbb)
-  add_library(TBB::tbb UNKNOWN IMPORTED)
-  set_target_properties(TBB::tbb PROPERTIES IMPORTED_LOCATION "${TTSDF_TBB_LIBRARY}")
-endif()
-# OpenVDB's find module is not in every release, and asks for libraries that its headers do not need.
+# By name: TBB's, OpenVDB's and assimp's package files differ between releases, are absent, or name missing folders.
+ttsdf_find_library(TTSDF_TBB_LIBRARY tbb)
+ttsdf_find_library(TTSDF_ASSIMP_LIBRARY assimp)
 ttsdf_find_library(TTSDF_OPENVDB_LIBRARY openvdb)
 find_library(TTSDF_HALF_LIBRARY Half)  # of OpenEXR 2, which OpenVDB 7 takes its half floats from
 mark_as_advanced(TTSDF_HALF_LIBRARY)
 add_library(OpenVDB::openvdb UNKNOWN IMPORTED)
 set_target_properties(OpenVDB::openvdb PROPERTIES IMPORTED_LOCATION "${TTSDF_OPENVDB_LIBRARY}"
-  INTERFACE_LINK_LIBRARIES "TBB::tbb;$<$<BOOL:${TTSDF_HALF_LIBRARY}>:${TTSDF_HALF_LIBRARY}>")
-ttsdf_find_library(TTSDF_ASSIMP_LIBRARY assimp)  # its package file names a missing folder in Debian 11
+  INTERFACE_LINK_LIBRARIES "${TTSDF_TBB_LIBRARY};$<$<BOOL:${TTSDF_HALF_LIBRARY}>:${TTSDF_HALF_LIBRARY}>")
 ttsdf_find_library(VIGRAIMPEX_LIBRARY vigraimpex)
 find_path(VIGRA_INCLUDE_DIR vigra/impex.hxx)
 
@@ -64,11 +59,11 @@ ttsdf_library(ttsdf_mapping
     src/mapping/field_slabs.cpp
     src/mapping/compression.cpp
   PUBLIC ttsdf_core ttsdf_compression
-  PRIVATE OpenVDB::openvdb TBB::tbb ${TTSDF_ASSIMP_LIBRARY} ${VIGRAIMPEX_LIBRARY}
+  PRIVATE OpenVDB::openvdb ${TTSDF_TBB_LIBRARY} ${TTSDF_ASSIMP_LIBRARY} ${VIGRAIMPEX_LIBRARY}
   INCLUDE ${VIGRA_INCLUDE_DIR})
 
 # depth in
-set(TTSDF_VDB_TEST_LIBS ttsdf_mapping OpenVDB::openvdb TBB::tbb)
+set(TTSDF_VDB_TEST_LIBS ttsdf_mapping OpenVDB::openvdb ${TTSDF_TBB_LIBRARY})
 ttsdf_unit_test(frames/frame_folder_test.cpp LIBS ttsdf_mapping ${VIGRAIMPEX_LIBRARY})
 ttsdf_unit_test(frames/pinhole_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(fusion/depth_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})

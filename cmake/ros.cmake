@@ -2,8 +2,9 @@
 # only, so that neither OpenVDB nor VTK gets into the robot's process.
 
 # ---- functions -------------------------------------------------------------------------------------------------------
-find_package(rostest REQUIRED)  # not through catkin: that would replace catkin_LIBRARIES
-find_package(Eigen3 REQUIRED)
+if(CATKIN_ENABLE_TESTING)
+  find_package(rostest REQUIRED)  # not through catkin: that would replace catkin_LIBRARIES
+endif()
 
 # ttsdf_ros_library(<name> SOURCES ... LIBS ...): a library on top of roscpp and this package's messages.
 function(ttsdf_ros_library name)
@@ -50,7 +51,7 @@ endfunction()
 install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
 install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-install(PROGRAMS scripts/frames_from scripts/frames_to_bag scripts/evaluate_trajectory scripts/plot_map
+install(PROGRAMS scripts/frames_from scripts/frames_to_bag scripts/frames_to_batch scripts/evaluate_trajectory scripts/plot_map
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(FILES scripts/poses.py scripts/depth_frames.py DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 
@@ -81,7 +82,6 @@ ttsdf_ros_library(ttsdf_ros
 ttsdf_ros_library(ttsdf_localization_nodelet SOURCES src/nodes/localization_nodelet.cpp LIBS ttsdf_ros)
 ttsdf_node(localization_node SOURCES src/nodes/localization_node.cpp LIBS ttsdf_ros)
 
-find_package(yaml-cpp REQUIRED)
 ttsdf_unit_test(ros/cloud_conversion_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/conversions_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/clock_watch_test.cpp LIBS ttsdf_ros)
@@ -154,5 +154,10 @@ if(TTSDF_BUILD_TESTS AND CATKIN_ENABLE_TESTING)
     --build-generator ${CMAKE_GENERATOR} --build-options "-DCMAKE_PREFIX_PATH=${CATKIN_DEVEL_PREFIX}"
     -DPYTHON_EXECUTABLE=${PYTHON_EXECUTABLE} -DPython3_EXECUTABLE=${PYTHON_EXECUTABLE}
     --test-command uses_ttsdf_localization)
+  find_program(TTSDF_CATKIN_LINT catkin_lint)
+  mark_as_advanced(TTSDF_CATKIN_LINT)
+  if(TTSDF_CATKIN_LINT)
+    add_test(NAME catkin_lint_test COMMAND ${TTSDF_CATKIN_LINT} --offline --strict "${CMAKE_CURRENT_SOURCE_DIR}")
+  endif()
   add_test(NAME scripts_test COMMAND ${PYTHON_EXECUTABLE} "${CMAKE_CURRENT_SOURCE_DIR}/test/scripts/scripts_test.py")
 endif()

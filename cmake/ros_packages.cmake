@@ -1,9 +1,8 @@
 # catkin, the messages, and where things go. Included before any target so that all of them land in the devel space.
 find_package(catkin REQUIRED COMPONENTS
-  message_generation roscpp nodelet pluginlib tf2 tf2_ros tf2_eigen tf2_geometry_msgs
+  message_generation roscpp nodelet pluginlib tf2 tf2_ros tf2_eigen tf2_geometry_msgs tf2_msgs
   std_msgs std_srvs geometry_msgs nav_msgs sensor_msgs diagnostic_msgs visualization_msgs
   diagnostic_updater message_filters dynamic_reconfigure)
-find_package(Eigen3 REQUIRED)
 
 add_message_files(DIRECTORY msg FILES
   TtSdfMap.msg

@@ -1,8 +1,6 @@
 # Functions every layer declares its targets with. Sources are listed by hand: a file that is not listed is not built.
 
 include(GNUInstallDirs)
-find_package(Threads REQUIRED)
-
 # ttsdf_find_library(<variable> <name>): a library that ships no package file. (find_library's REQUIRED is of CMake 3.18.)
 function(ttsdf_find_library variable name)
   find_library(${variable} ${name})

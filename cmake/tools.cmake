@@ -16,7 +16,6 @@ ttsdf_find_pcl(common)
 ttsdf_find_pcl(io)
 
 find_package(Boost REQUIRED COMPONENTS program_options)
-find_package(yaml-cpp REQUIRED)
 if(NOT TARGET JsonCpp::JsonCpp)  # VTK's packages define it too, jsoncpp's own since 1.9.5
   find_package(jsoncpp REQUIRED)
 endif()

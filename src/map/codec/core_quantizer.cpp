@@ -26,8 +26,8 @@ QuantizedBasis quantizeBasis(const MatrixXf& basis, const Eigen::VectorXd& norms
   QuantizedBasis result;
   const double largest = std::max(norms.maxCoeff(), 1e-30);
   result.finest_step = static_cast<float>(std::clamp(step / largest, 1e-30, 1e30));
-  for (const double norm : norms) {
-    const double quarters = std::round(4.0 * std::log2(largest / std::max(norm, 1e-30)));
+  for (Index n = 0; n < norms.size(); ++n) {
+    const double quarters = std::round(4.0 * std::log2(largest / std::max(norms[n], 1e-30)));
     result.coarseness.push_back(static_cast<std::uint8_t>(std::clamp(quarters, 0.0, 255.0)));
   }
   const MatrixXf frequencies = rowsToFrequencies(basis.transpose());
