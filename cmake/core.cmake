@@ -41,6 +41,9 @@ ttsdf_library(ttsdf_core
     src/registration/minimizer.cpp
     src/registration/uncertainty.cpp
     src/registration/result.cpp
+    src/registration/pose_prior.cpp
+    src/registration/registration_options.cpp
+    src/registration/verification.cpp
     src/registration/registration.cpp
     src/registration/descent.cpp
     src/registration/ray_check.cpp

@@ -17,6 +17,9 @@ std::string format(const char* pattern, Values... values) {
 
 Refusal checkTermination(const RegistrationResult& result) {
   if (result.success) return {};
+  // The prior is part of the estimate: it counts along directions that the scan does not fix. How many of them
+  // there may be is a question of the fit.
+  if (result.reason == TerminationReason::kDegenerate && result.degenerate_directions > 0) return {};
   switch (result.reason) {
     case TerminationReason::kTooFewPoints:
       return {RefusalReason::kTooFewPoints, format("only %d usable points in the scan", result.points)};
@@ -61,10 +64,10 @@ Refusal checkFit(const RegistrationResult& result, const GateOptions& options, d
     return {RefusalReason::kResidual, format("rms residual %.3f m, at most %.3f m allowed (max_rms_residual)",
                                              result.rms_residual, options.max_rms_residual)};
   }
-  if (result.weak_directions > options.max_weak_directions) {
+  if (result.degenerate_directions > options.max_degenerate_directions) {
     return {RefusalReason::kDegenerate, format("%d directions without information, at most %d allowed "
-                                               "(max_weak_directions)",
-                                               result.weak_directions, options.max_weak_directions)};
+                                               "(max_degenerate_directions)",
+                                               result.degenerate_directions, options.max_degenerate_directions)};
   }
   if (!result.T_map_sensor.matrix().allFinite())
     return {RefusalReason::kNotConverged, "the pose is not finite"};

@@ -183,6 +183,8 @@ LocalizationUpdate Localizer::finishGlobal(const GlobalJob& job) {
   update.registration = job.result();
   update.registered = true;
   Refusal refusal = checkTermination(job.result());
+  if (!refusal && !job.result().success)  // there is no prior that could count where the scan says nothing
+    refusal = {RefusalReason::kDegenerate, "the scan does not fix the pose"};
   if (!refusal)
     refusal = checkFitAfterSearch(job.result(), options_.gates, options_.gates.recovery_inlier_ratio);
   if (!refusal) {

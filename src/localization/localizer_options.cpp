@@ -41,7 +41,7 @@ const OptionTable<GateOptions>& gateOptionTable() {
                "Largest distance of a tracked pose from its prior.")
           .add("max_jump_rotation", &O::max_jump_rotation, 0.0, 3.15, "rad",
                "Largest angle of a tracked pose from its prior.")
-          .add("max_weak_directions", &O::max_weak_directions, 0, 6, "",
+          .add("max_degenerate_directions", &O::max_degenerate_directions, 0, 6, "",
                "Most directions without information: one wall or a floor leaves 3, a corridor 1.");
   return table;
 }

@@ -16,8 +16,6 @@ namespace {
 // Beyond this spread the starts are too thin to find anything: that is the global localization's job.
 constexpr double kMaxSearchTranslation = 2.0;  // [m]
 constexpr double kMaxSearchRotation = 0.6;     // [rad]
-/// Scores that differ by less are equally good.
-constexpr double kSameScore = 0.01;
 
 std::string figures(const PoseError& jump) {
   std::ostringstream text;
@@ -47,10 +45,6 @@ LocalizationUpdate Localizer::searchAround(const LocalizerScan& scan,
     const Matrix6d covariance = movedCovariance(
         candidate.covariance, T_map_sensor.translation() - candidate.T_map_base.translation());
     RegistrationResult result = searchNear(*registration_, scan.points, T_map_sensor, search, covariance);
-    // Along directions without information every start fits alike: then the one nearest to the prior is
-    // right.
-    RegistrationResult nearest = tracker_->align(scan.points, T_map_sensor);
-    if (nearest.success && nearest.score <= result.score + kSameScore) result = std::move(nearest);
     if (best.registered && !(result.score < best.registration.score)) continue;
     const PoseError jump = poseError(T_map_sensor, result.T_map_sensor);
     const bool near = deviation(result.T_map_sensor, T_map_sensor, covariance) <= kMaxDeviation;
@@ -64,7 +58,7 @@ LocalizationUpdate Localizer::searchAround(const LocalizerScan& scan,
   return best;
 }
 
-Prediction Localizer::widened(Prediction prediction) const {
+Prediction Localizer::withLeastSpread(Prediction prediction) const {
   // Height and tilt are meant against gravity: the floor is applied in a frame whose z points up.
   const auto& recovery = options_.recovery;
   Eigen::Matrix3d R_map_up =
@@ -97,7 +91,7 @@ LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
   std::vector<Prediction> candidates;
   for (const PoseGuess& guess : guesses_) {
     const Prediction prediction = motion_.predict(guess, scan);
-    candidates.push_back(guess.widen ? widened(prediction) : prediction);
+    candidates.push_back(guess.widen ? withLeastSpread(prediction) : prediction);
   }
   SearchOptions search = options_.search;
   search.starts = std::max(1, options_.recovery.start_starts / static_cast<int>(candidates.size()));

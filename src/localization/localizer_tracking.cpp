@@ -27,26 +27,13 @@ PoseEstimate atSensor(const LocalizerScan& scan, const Prediction& prior) {
                                         T_map_sensor.translation() - prior.T_map_base.translation())};
 }
 
-PoseError setJump(const PoseEstimate& prior, const PoseEstimate& pose, LocalizationUpdate& update) {
-  const PoseError jump = poseError(prior.T, pose.T);
+PoseError setJump(const PoseEstimate& prior, LocalizationUpdate& update) {
+  const PoseError jump = poseError(prior.T, update.registration.T_map_sensor);
   update.jump_translation = jump.translation;
   update.jump_rotation = jump.rotation;
   return jump;
 }
 }  // namespace
-
-/// Where the scan says the sensor is, weighed against the prior: what is published if it is believed.
-struct Localizer::Weighed {
-  PoseEstimate prior;  ///< widened where the scan contradicts it
-  PoseEstimate pose;
-};
-
-Localizer::Weighed Localizer::weigh(const LocalizerScan& scan, const Prediction& prior,
-                                    const RegistrationResult& result) {
-  const PoseEstimate measured{result.T_map_sensor, result.covariance};
-  const PoseEstimate before = ttsdf::widened(atSensor(scan, prior), measured, result.weak_directions);
-  return {before, fused(before, measured)};
-}
 
 LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
   LocalizationUpdate update = blank(scan);
@@ -56,15 +43,13 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
   update.registration = alignNear(scan, *prior);
   update.registered = true;
   Refusal refusal = checkTermination(update.registration);
-  std::optional<Weighed> weighed;
   if (!refusal) {
-    weighed = weigh(scan, *prior, update.registration);
-    const PoseError jump = setJump(weighed->prior, weighed->pose, update);
+    const PoseError jump = setJump(atSensor(scan, *prior), update);
     refusal = checkFit(update.registration, options_.gates, trackingInliers());
     if (!refusal) refusal = checkJump(jump, options_.gates);
   }
   if (!refusal) refusal = checkPlausible(scan, *prior, update.registration);
-  if (!refusal) return accept(scan, *weighed, update);
+  if (!refusal) return accept(scan, *prior, update);
 
   if (!saysNothing(refusal.reason) && searchDue(scan.stamp, options_.recovery.search_period)) {
     const Prediction spread{prior->T_map_base,
@@ -75,7 +60,7 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
     if (!judgeNearLast(found) && found.registration.score < update.registration.score &&
         !checkPlausible(scan, *prior, found.registration)) {
       found.relocalized = true;
-      return accept(scan, weigh(scan, *prior, found.registration), found);
+      return accept(scan, *prior, found);
     }
   }
   return refuse(scan, refusal, update);
@@ -96,25 +81,39 @@ Refusal Localizer::checkPlausible(const LocalizerScan& scan, const Prediction& p
   return {RefusalReason::kJump, text};
 }
 
+RegistrationResult Localizer::alignWith(Registration& registration, const LocalizerScan& scan,
+                                        const PoseEstimate& prior) {
+  RegistrationResult result = registration.align(scan.points, prior.T, prior.covariance);
+  const PoseEstimate less_certain = lessCertain(prior, result.T_map_sensor);
+  // Slipping wheels: a prior that the scan contradicts beyond chance is less certain than it claims.
+  if (result.success && less_certain.covariance != prior.covariance) {
+    const double milliseconds = result.milliseconds;
+    result = registration.alignFrom(scan.points, {result.T_map_sensor},
+                                    PosePrior::fromCovariance(prior.T, less_certain.covariance));
+    result.milliseconds += milliseconds;
+  }
+  return result;
+}
+
 RegistrationResult Localizer::alignNear(const LocalizerScan& scan, const Prediction& prior) {
-  // The narrow kernels first: they do not see people in front of the map, which pull the wide ones away.
-  const Eigen::Isometry3d T_map_sensor = prior.T_map_base * scan.T_base_sensor;
-  RegistrationResult near = tracker_->align(scan.points, T_map_sensor);
+  // The map alone first: it does not see people in front of it, which pull the far field's wide kernels away.
+  const PoseEstimate expected = atSensor(scan, prior);
+  RegistrationResult near = alignWith(*tracker_, scan, expected);
   Refusal refusal = checkTermination(near);
   if (!refusal) refusal = checkFit(near, options_.gates, trackingInliers());
   if (!refusal || saysNothing(refusal.reason)) return near;
-  RegistrationResult far = registration_->align(scan.points, T_map_sensor);
+  RegistrationResult far = alignWith(*registration_, scan, expected);
   far.milliseconds += near.milliseconds;
   far.iterations += near.iterations;
   return far.score < near.score && !checkPlausible(scan, prior, far) ? far : near;
 }
 
-LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Weighed& weighed,
+LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction& prior,
                                      LocalizationUpdate& update) {
-  setJump(weighed.prior, weighed.pose, update);
-  const Matrix6d covariance = noLooserThan(update.registration.covariance, weighed.prior.covariance);
-  fillPose(scan, {weighed.pose.T, covariance}, update);
-  motion_.correct(scan, update.T_map_base, movedCovariance(weighed.pose.covariance, baseFromSensor(update)));
+  setJump(atSensor(scan, prior), update);
+  const RegistrationResult& result = update.registration;
+  fillPose(scan, {result.T_map_sensor, result.covariance}, update);
+  motion_.correct(scan, update.T_map_base, update.covariance);
   refused_in_row_ = 0;
   confirmations_left_ = std::max(0, confirmations_left_ - 1);
   if (confirmations_left_ > 0 || scan.stamp < confirmed_from_) {
@@ -155,8 +154,8 @@ LocalizationUpdate Localizer::believe(const LocalizerScan& scan, LocalizationUpd
   update.pose_valid = true;
   believed_ =
       PoseGuess{update.T_map_base, update.covariance, scan.stamp, scan.T_odom_base, true, "last pose"};
-  if (update.registration.weak_directions > 0) {
-    update.message = std::to_string(update.registration.weak_directions) +
+  if (update.registration.degenerate_directions > 0) {
+    update.message = std::to_string(update.registration.degenerate_directions) +
                      " directions with little information: the prior counts there";
   }
   return finish(update);

@@ -15,17 +15,6 @@ Vector6d innovation(const Eigen::Isometry3d& T_prior, const Eigen::Isometry3d& T
   return xi;
 }
 
-/// The part of a step along the directions that the measurement says most about, compared with the prior.
-Vector6d withoutWeakDirections(const Vector6d& step, const Matrix6d& prior, const Matrix6d& measured,
-                               int weak) {
-  if (weak <= 0) return step;
-  // W diagonalises both at once: W^T prior W = 1 and W^T measured W = ratios, rising.
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6d> both(measured, prior);
-  if (both.info() != Eigen::Success) return step;
-  Vector6d along = both.eigenvectors().transpose() * prior * step;
-  along.tail(weak).setZero();
-  return both.eigenvectors() * along;
-}
 }  // namespace
 
 Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Vector3d& offset) {
@@ -48,29 +37,13 @@ double deviation(const Eigen::Isometry3d& T, const Eigen::Isometry3d& T_prior, c
   return std::sqrt(std::max(0.0, xi.dot(spread.ldlt().solve(xi))));
 }
 
-PoseEstimate widened(const PoseEstimate& prior, const PoseEstimate& measured, int weak) {
+PoseEstimate lessCertain(const PoseEstimate& prior, const Eigen::Isometry3d& T) {
   constexpr double kChance = 22.5;  // 99.9 % quantile of the chi-squared distribution of 6 degrees of freedom
-  const Vector6d xi =
-      withoutWeakDirections(innovation(prior.T, measured.T), prior.covariance, measured.covariance, weak);
-  const Matrix6d sum = prior.covariance + measured.covariance;
-  const double deviation = xi.dot(sum.ldlt().solve(xi));
+  const Vector6d xi = innovation(prior.T, T);
+  const double deviation = xi.dot(prior.covariance.ldlt().solve(xi));
   if (!(deviation > kChance)) return prior;
   // By Sherman and Morrison this leaves a deviation of exactly kChance.
   return {prior.T, prior.covariance + (1.0 / kChance - 1.0 / deviation) * xi * xi.transpose()};
-}
-
-PoseEstimate fused(const PoseEstimate& prior, const PoseEstimate& measured) {
-  const Matrix6d& P = prior.covariance;
-  const Matrix6d gain = (P + measured.covariance).ldlt().solve(P).transpose();
-  const Vector6d step = gain * innovation(prior.T, measured.T);
-  if (!step.allFinite()) return measured;
-  PoseEstimate result;
-  result.T.linear() =
-      Eigen::Quaterniond(expSo3(step.head<3>()) * prior.T.linear()).normalized().toRotationMatrix();
-  result.T.translation() = prior.T.translation() + step.tail<3>();
-  const Matrix6d rest = Matrix6d::Identity() - gain;  // Joseph's form stays positive definite
-  result.covariance = rest * P * rest.transpose() + gain * measured.covariance * gain.transpose();
-  return result;
 }
 
 Matrix6d noLooserThan(const Matrix6d& measured, const Matrix6d& prior) {

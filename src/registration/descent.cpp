@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <system_error>
 #include <thread>
 
@@ -31,6 +32,12 @@ Vector6d tiedStep(const NormalEquations& e, const ScanBuffer& scan, const Eigen:
 }
 
 }  // namespace
+
+std::vector<double> geometricScales(double first, double last, int steps) {
+  std::vector<double> scales;
+  for (int n = 0; n < steps; ++n) scales.push_back(first * std::pow(last / first, n / std::max(1.0, steps - 1.0)));
+  return scales;
+}
 
 Candidate descend(const DistanceField& field, const ScanBuffer& scan, const Eigen::Isometry3d& T_start,
                   const DescentOptions& options) {

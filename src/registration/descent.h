@@ -25,6 +25,9 @@ struct DescentOptions {
   int threads = 1;
 };
 
+/// `steps` scales that fall from `first` to `last` by equal factors.
+std::vector<double> geometricScales(double first, double last, int steps);
+
 /// One descent.
 Candidate descend(const DistanceField& field, const ScanBuffer& scan, const Eigen::Isometry3d& T_start,
                   const DescentOptions& options);

@@ -100,28 +100,10 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
                                                   [&](std::size_t) { return keepGoing(0.8); }),
                                        wanted, 0.05, 0.05);
 
-  std::vector<RegistrationResult> refined;
-  for (std::size_t n = 0;
-       n < candidates.size() &&
-       keepGoing(0.8 + 0.2 * static_cast<double>(n) / static_cast<double>(candidates.size()));
-       ++n) {
-    refined.push_back(registration.polish(points, candidates[n].T_map_sensor));
-  }
   best.points = scan.size();
   best.reason = TerminationReason::kLowScore;  // if no start came through in time
-  if (!refined.empty()) {
-    const auto& first = *std::min_element(
-        refined.begin(), refined.end(),
-        [](const RegistrationResult& a, const RegistrationResult& b) { return verdict(a) < verdict(b); });
-    best = registration.align(points, first.T_map_sensor);
-  }
-  for (const auto& r : refined) {
-    const PoseError e = poseError(best.T_map_sensor, r.T_map_sensor);
-    if ((e.translation > kSamePlace || e.rotation > kSameAngle) && verdict(r) < best.runner_up_score) {
-      best.runner_up_score = verdict(r);
-      best.T_map_runner_up = r.T_map_sensor;
-    }
-  }
+  if (!candidates.empty())
+    best = registration.alignFrom(points, poses(candidates), PosePrior{candidates.front().T_map_sensor, Matrix6d::Zero()});
   judge(options, best);
   if (cancelled) {
     best.success = false;

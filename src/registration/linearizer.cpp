@@ -31,7 +31,7 @@ KernelConstants toConstants(const ResidualModel& model) {
           squared(model.score_scale),
           model.limit_gradient ? 1.0f : 0.0f,
           model.check_facing ? squared(kBehindCosine) : kNever,
-          model.check_facing ? static_cast<float>(-kDeepInside) : -kNever};
+          model.check_facing ? static_cast<float>(-model.deep_inside) : -kNever};
 }
 
 void addSums(const float (*sums)[kLanes], double* total) {

@@ -20,15 +20,15 @@ struct ResidualModel {
   /// Points next to a surface that turns its back on the sensor say nothing: the scan sees something else
   /// there, as the other face of a thin wall that was mapped from one side only. Signed fields only.
   bool check_facing = false;
+  double deep_inside = 0.05;  ///< deeper in matter a point counts only if the gradient pulls it out [m]
 };
 
 /// Cosine between ray and gradient above which a surface is seen from behind.
 constexpr double kBehindCosine = 0.3;
-/// Deeper inside matter than this [m], a point counts only if the gradient pulls it out towards the sensor.
-constexpr double kDeepInside = 0.05;
-/// `value` of a point [m], cosine between its ray and its gradient.
-inline bool seenFromBehind(double value, double cosine) {
-  return cosine > (value < -kDeepInside ? -kBehindCosine : kBehindCosine);
+/// `value` of a point [m], cosine between its ray and its gradient. Deep inside matter a point counts only if the
+/// gradient pulls it out towards the sensor.
+inline bool seenFromBehind(double value, double cosine, const ResidualModel& model) {
+  return cosine > (value < -model.deep_inside ? -kBehindCosine : kBehindCosine);
 }
 
 /// Twist [rotation; translation] about the scan's centroid in the map frame.

@@ -19,16 +19,46 @@ bool small(const Vector6d& xi, const StageOptions& options) {
   return xi.head<3>().norm() < options.rotation_epsilon && xi.tail<3>().norm() < options.translation_epsilon;
 }
 
-/// Cost per point. Points outside cost the most a point can; those that say nothing the mean of the stage's
-/// start, so that moving points into or out of unknown space is neither rewarded nor punished.
+/// What a point's share of the cost counts against the prior [1 / m^2].
+double dataWeight(const NormalEquations& e, double sigma) {
+  const double points = std::max(1, e.points());
+  return std::min(kIndependentPoints, points) / (points * sigma * sigma);
+}
+
+/// Negative log likelihood of scan and prior. Points outside cost the most a point can; those that say nothing
+/// the mean of the stage's start, so that moving points into or out of unknown space is neither rewarded nor
+/// punished.
 struct Objective {
-  double unknown_cost;
-  explicit Objective(const NormalEquations& start)
-      : unknown_cost(start.valid > 0 ? start.cost / start.valid : 1.0) {}
-  double operator()(const NormalEquations& e) const {
-    return (e.cost + unknown_cost * (e.unknown + e.behind) + e.outside) / std::max(1, e.points());
+  double unknown_cost, data_weight, loss_weight;
+  const PosePrior& prior;
+  Objective(const NormalEquations& start, const StageOptions& options)
+      : unknown_cost(start.valid > 0 ? start.cost / start.valid : 1.0),
+        data_weight(dataWeight(start, supposedSigma(options.model.scale))),
+        loss_weight(0.5 * options.model.scale * options.model.scale * data_weight),
+        prior(options.prior) {}
+  double operator()(const NormalEquations& e, const Eigen::Isometry3d& T) const {
+    return loss_weight * (e.cost + unknown_cost * (e.unknown + e.behind) + e.outside) +
+           0.5 * prior.squaredDistance(T);
   }
 };
+
+/// Normal equations of what counts of the scan, in the scaled space, per unit of robust weight.
+struct CountedEquations {
+  Matrix6d H;
+  Vector6d g;
+};
+CountedEquations counted(const NormalEquations& e, double radius, double gradient_noise) {
+  const InformationAnalysis info = analyseInformation(e, radius);
+  Vector6d counts, share;
+  for (int d = 0; d < 6; ++d) {
+    counts[d] = countedShare(info.share[d], gradient_noise);
+    share[d] = counts[d] * std::max(info.share[d], 0.0);
+  }
+  const Vector6d gradient =
+      info.directions.transpose() * (scaling(radius).asDiagonal() * e.g) / std::max(e.weight, 1e-12);
+  return {info.directions * share.asDiagonal() * info.directions.transpose(),
+          info.directions * counts.cwiseProduct(gradient)};
+}
 
 }  // namespace
 
@@ -62,13 +92,39 @@ StageResult gaussNewton(const DistanceField& field, const ScanBuffer& scan, cons
   return result;
 }
 
+double countedShare(double share, double gradient_noise) {
+  return std::max(0.0, share - gradient_noise) / std::max(share, 1e-12);
+}
+
+Eigen::Isometry3d weighAgainstPrior(const NormalEquations& equations, const ScanBuffer& scan,
+                                    const Eigen::Isometry3d& T_fit, const PosePrior& prior, double sigma,
+                                    double gradient_noise) {
+  if (prior.information.isZero()) return T_fit;
+  const Vector6d s = scaling(scan.radius());
+  const CountedEquations data = counted(equations, scan.radius(), gradient_noise);
+  const double weight = dataWeight(equations, sigma) * equations.weight;
+  Eigen::Isometry3d T = T_fit;
+  Vector6d moved = Vector6d::Zero();  // from the fit, scaled
+  for (int pass = 0; pass < 3; ++pass) {  // the prior's displacement turns a little with the rotation
+    Matrix6d H = Matrix6d::Zero();
+    Vector6d g = Vector6d::Zero();
+    prior.add(T, scan.centroid(), H, g);
+    const Matrix6d A = weight * data.H + s.asDiagonal() * H * s.asDiagonal();
+    const Vector6d step = A.ldlt().solve(-(weight * data.H * moved + s.asDiagonal() * g));
+    if (!step.allFinite()) return T_fit;
+    T = retract(T, scan.centroid(), s.asDiagonal() * step);
+    moved += step;
+  }
+  return T;
+}
+
 StageResult levenbergMarquardt(const DistanceField& field, const ScanBuffer& scan,
                                const Eigen::Isometry3d& T_start, const StageOptions& options) {
   StageResult result;
   result.T_map_sensor = T_start;
   result.equations = linearize(field, scan, options.points, T_start, options.model);
   result.iterations = 1;
-  const Objective objective(result.equations);
+  const Objective objective(result.equations, options);
   const Vector6d s = scaling(scan.radius());
   double damping = 1e-3, growth = 2.0;
   while (result.iterations < options.max_iterations) {
@@ -76,18 +132,17 @@ StageResult levenbergMarquardt(const DistanceField& field, const ScanBuffer& sca
       result.solvable = false;
       return result;
     }
-    const InformationAnalysis info = analyseInformation(result.equations, scan.radius());
-    const Vector6d gradient =
-        info.directions.transpose() * (s.asDiagonal() * result.equations.g) / result.equations.weight;
-    Vector6d step = Vector6d::Zero();
-    double predicted = 0.0;
-    for (int d = 0; d < 6; ++d) {
-      if (info.share[d] < options.weak_threshold) continue;
-      const double curvature = std::max(info.share[d], 0.0) + damping;
-      step[d] = -gradient[d] / curvature;
-      predicted += 0.5 * step[d] * (damping * step[d] - gradient[d]);
-    }
-    const Vector6d xi = s.asDiagonal() * (info.directions * step);
+    const CountedEquations data = counted(result.equations, scan.radius(), options.gradient_noise);
+    const double weight = objective.data_weight * result.equations.weight;
+    Matrix6d H = Matrix6d::Zero();
+    Vector6d g = Vector6d::Zero();
+    options.prior.add(result.T_map_sensor, scan.centroid(), H, g);
+    Matrix6d A = weight * data.H + s.asDiagonal() * H * s.asDiagonal();
+    const Vector6d b = weight * data.g + s.asDiagonal() * g;
+    A.diagonal().array() += damping * weight;
+    const Vector6d step = A.ldlt().solve(-b);
+    const Vector6d xi = s.asDiagonal() * step;
+    const double predicted = -0.5 * b.dot(step);
     if (!xi.allFinite() || predicted <= 0.0) {
       result.solvable = xi.allFinite();
       result.converged = result.solvable;
@@ -96,7 +151,8 @@ StageResult levenbergMarquardt(const DistanceField& field, const ScanBuffer& sca
     const Eigen::Isometry3d T_trial = retract(result.T_map_sensor, scan.centroid(), xi);
     const NormalEquations trial = linearize(field, scan, options.points, T_trial, options.model);
     ++result.iterations;
-    const double before = objective(result.equations), after = objective(trial);
+    const double before = objective(result.equations, result.T_map_sensor),
+                 after = objective(trial, T_trial);
     const bool tiny = small(xi, options);
     if (after < before) {
       result.T_map_sensor = T_trial;

@@ -1,9 +1,8 @@
 #pragma once
 // One stage of the optimisation: fixed kernel scale, fixed number of points.
 
-#include <atomic>
-
 #include "linearizer.h"
+#include "ttsdf_localization/registration/pose_prior.h"
 
 namespace ttsdf {
 
@@ -14,8 +13,19 @@ struct StageOptions {
   double rotation_epsilon = 1e-4;     ///< [rad]
   double translation_epsilon = 1e-4;  ///< [m]
   double cost_epsilon = 1e-4;         ///< share of the cost
-  double weak_threshold = 0.0;        ///< share of the information below which a direction is left alone
+  /// What was known before counts as a term of the cost (not in gaussNewton, which is the paper's).
+  PosePrior prior;
+  /// Share of the information that a direction shows by the noise of the map's gradients alone: it does not
+  /// count against the prior.
+  double gradient_noise = 0.0;
 };
+
+/// Errors of a scan's points are correlated (a wall, a patch of the map), so against the prior a scan counts
+/// as so many points at most.
+constexpr double kIndependentPoints = 100.0;
+/// Standard deviation of the residuals that a Geman-McClure kernel of this scale is right for [m].
+constexpr double kScalePerSigma = 3.0;
+inline double supposedSigma(double kernel_scale) { return kernel_scale / kScalePerSigma; }
 
 struct StageResult {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
@@ -29,8 +39,7 @@ struct StageResult {
 StageResult gaussNewton(const DistanceField& field, const ScanBuffer& scan, const Eigen::Isometry3d& T_start,
                         const StageOptions& options);
 
-/// Levenberg-Marquardt; the cost never rises. Directions with less than `weak_threshold` of the information
-/// are not touched (Zhang, Kaess, Singh 2016), so the prior is kept in them.
+/// Levenberg-Marquardt on scan and prior; the cost never rises.
 StageResult levenbergMarquardt(const DistanceField& field, const ScanBuffer& scan,
                                const Eigen::Isometry3d& T_start, const StageOptions& options);
 
@@ -42,5 +51,15 @@ struct InformationAnalysis {
   Matrix6d directions;
 };
 InformationAnalysis analyseInformation(const NormalEquations& equations, double radius);
+
+/// What of a direction's information counts, given the noise of the map's gradients: 0 at that noise and
+/// below, towards 1 far above.
+double countedShare(double share, double gradient_noise);
+
+/// The pose between a fit, of which `equations` are the normal equations, and the prior: along directions that
+/// the scan does not fix it is the prior's, whatever found the fit. `sigma`: of an independent residual [m].
+Eigen::Isometry3d weighAgainstPrior(const NormalEquations& equations, const ScanBuffer& scan,
+                                    const Eigen::Isometry3d& T_fit, const PosePrior& prior, double sigma,
+                                    double gradient_noise);
 
 }  // namespace ttsdf

@@ -9,81 +9,20 @@
 #include "minimizer.h"
 #include "ray_check.h"
 #include "result.h"
+#include "scales.h"
 #include "start_poses.h"
 #include "ttsdf_localization/field/long_range_field.h"
 #include "uncertainty.h"
+#include "verification.h"
 
 namespace ttsdf {
 
-const char* name(TerminationReason reason) {
-  switch (reason) {
-    case TerminationReason::kConverged:
-      return "converged";
-    case TerminationReason::kMaxIterations:
-      return "max_iterations";
-    case TerminationReason::kTooFewPoints:
-      return "too_few_points";
-    case TerminationReason::kOutsideMap:
-      return "outside_map";
-    case TerminationReason::kDegenerate:
-      return "degenerate";
-    case TerminationReason::kAmbiguous:
-      return "ambiguous";
-    case TerminationReason::kLowScore:
-      return "low_score";
-    case TerminationReason::kCancelled:
-      return "cancelled";
-  }
-  return "unknown";
-}
-
-const OptionTable<RegistrationOptions>& registrationOptionTable() {
-  using O = RegistrationOptions;
-  static const OptionTable<O> table =
-      OptionTable<O>()
-          .add("method", &O::method, {"robust", "gauss_newton"},
-               "Levenberg-Marquardt with a robust kernel, or plain Gauss-Newton as in the paper")
-          .add("max_iterations", &O::max_iterations, 1, 1000, "",
-               "Evaluations of the scan at the most, but for a narrower kernel")
-          .add("rotation_epsilon", &O::rotation_epsilon, 0.0, 0.1, "rad", "A step that turns less ...")
-          .add("translation_epsilon", &O::translation_epsilon, 0.0, 0.1, "m",
-               "... and moves less ends the iteration")
-          .add("cost_epsilon", &O::cost_epsilon, 0.0, 0.1, "",
-               "So does a step that lowers the cost by less than this share")
-          .add("kernel_scale_start", &O::kernel_scale_start, 0.001, 10.0, "m",
-               "Largest Geman-McClure scale; the first iterations start here or at the scan's own residual")
-          .add("kernel_scale_end", &O::kernel_scale_end, 0.001, 10.0, "m",
-               "Geman-McClure scale of the last iterations")
-          .add("kernel_scale_least", &O::kernel_scale_least, 0.0005, 10.0, "m",
-               "Scans that fit better than kernel_scale_end supposes are refined with a kernel of six times "
-               "the spread of their residuals, at least this; as kernel_scale_end: never")
-          .add("inlier_distance", &O::inlier_distance, 0.001, 1.0, "m",
-               "A point nearer to the surface is an inlier")
-          .add("min_inlier_ratio", &O::min_inlier_ratio, 0.0, 1.0, "",
-               "Share of inliers among the points in known space that a successful registration needs")
-          .add("min_known_ratio", &O::min_known_ratio, 0.0, 1.0, "",
-               "Share of points in known space that a registration needs")
-          .add("weak_threshold", &O::weak_threshold, 0.0, 0.5, "",
-               "A direction with less of the information is reported as weak")
-          .add("hold_weak", &O::hold_weak,
-               "Weak directions stay at the prior; off: they follow the little the scan says, for a prior "
-               "that counts afterwards")
-          .add("weak_sigma", &O::weak_sigma, 0.01, 100.0, "m",
-               "Standard deviation reported for directions that stay at the prior")
-          .add("check_facing", &O::check_facing,
-               "Points behind a mapped surface, as the scan sees it, carry no information; needs scans taken "
-               "from the origin of their frame")
-          .add("long_range", &O::long_range,
-               "Pull scans in by a coarse distance field made when the map is loaded")
-          .add("restarts", &O::restarts, 0, 1000, "",
-               "Further starts around the prior when the first explains the scan badly")
-          .add("restart_score", &O::restart_score, 0.0, 1.0, "", "A score above this explains the scan badly")
-          .add("min_points", &O::min_points, 6, 100000, "", "Fewer usable points are refused")
-          .add("max_points", &O::max_points, 6, 10000000, "", "More points are sub-sampled evenly");
-  return table;
-}
-
 namespace {
+
+using Clock = std::chrono::steady_clock;
+double millisecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
 
 /// Whether surfaces have an inside: fields made from occupied cells are positive on both sides, and tell
 /// nothing about which one a scan sees.
@@ -110,6 +49,15 @@ bool hasInside(const DistanceField& field) {
   return near > 0 && inside >= kShare * near;
 }
 
+/// Share of the information that a direction along flat walls shows by the noise of the map's gradients
+/// alone: more where residuals are large.
+double gradientNoise(const NormalEquations& equations, double voxel) {
+  constexpr double kLeast = 0.001, kMore = 0.002, kRmsVoxels = 0.5;
+  const double rms = std::sqrt(equations.inlier_squares / std::max(1, equations.inliers));
+  const double share = rms / (kRmsVoxels * voxel);
+  return kLeast + kMore * std::min(1.0, share * share);
+}
+
 }  // namespace
 
 class Registration::Impl {
@@ -119,7 +67,7 @@ class Registration::Impl {
       : field_(std::move(field)), long_range_(std::move(far)), options_(options) {
     if (!field_) throw std::invalid_argument("registration: got no distance field");
     registrationOptionTable().validate(options_);
-    if (options_.kernel_scale_end > options_.kernel_scale_start) {
+    if (options_.kernel_scale_start > 0.0 && options_.kernel_scale_end > options_.kernel_scale_start) {
       throw std::invalid_argument(
           "registration: got kernel_scale_end " + std::to_string(options_.kernel_scale_end) +
           " m, wanted at most kernel_scale_start (" + std::to_string(options_.kernel_scale_start) + " m)");
@@ -133,37 +81,29 @@ class Registration::Impl {
     pulls_in_ = wanted && long_range_;
   }
 
-  RegistrationResult align(const ScanPoints& points, const Eigen::Isometry3d& T_prior) {
-    const auto begin = std::chrono::steady_clock::now();
-    RegistrationResult result;
-    result.T_map_sensor = T_prior;
-    scan_.assign(points, options_.max_points);
-    result.points = scan_.size();
-    if (scan_.size() >= options_.min_points && T_prior.matrix().allFinite()) {
+  RegistrationResult align(const ScanPoints& points, const Eigen::Isometry3d& T_prior,
+                           const std::optional<Matrix6d>& covariance) {
+    const auto begin = Clock::now();
+    RegistrationResult result = startWith(points, T_prior);
+    if (usable(T_prior)) {
       if (options_.method == "gauss_newton") {
         solvePlain(T_prior, result);
       } else {
-        solveRobust(T_prior, result);
+        prior_ = covariance ? PosePrior::fromCovariance(T_prior, *covariance) : defaultPrior(T_prior);
+        solveNear(result);
       }
     }
-    result.milliseconds =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    result.milliseconds = millisecondsSince(begin);
     return result;
   }
 
-  RegistrationResult polish(const ScanPoints& points, const Eigen::Isometry3d& T_start) {
-    const auto begin = std::chrono::steady_clock::now();
-    RegistrationResult result;
-    result.T_map_sensor = T_start;
-    scan_.assign(points, options_.max_points);
-    result.points = scan_.size();
-    if (scan_.size() >= options_.min_points && T_start.matrix().allFinite()) {
-      int iterations = 0;
-      const StageResult stage = refine(T_start, iterations);
-      judge(stage, iterations, result);
-    }
-    result.milliseconds =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  RegistrationResult alignFrom(const ScanPoints& points, const std::vector<Eigen::Isometry3d>& starts,
+                               const PosePrior& prior) {
+    const auto begin = Clock::now();
+    RegistrationResult result = startWith(points, prior.T_map_sensor);
+    prior_ = prior;
+    if (usable(prior.T_map_sensor) && !starts.empty()) solveFrom(starts, result);
+    result.milliseconds = millisecondsSince(begin);
     return result;
   }
 
@@ -172,149 +112,250 @@ class Registration::Impl {
   const std::shared_ptr<const DistanceField>& longRangeField() const { return long_range_; }
 
  private:
+  /// A pose with what speaks for it.
+  struct Hypothesis {
+    StageResult stage;
+    double blocked = 0.0;
+    double cost = 0.0;  ///< negative log likelihood of scan and prior, up to a constant
+  };
+
+  RegistrationResult startWith(const ScanPoints& points, const Eigen::Isometry3d& T) {
+    RegistrationResult result;
+    result.T_map_sensor = T;
+    scan_.assign(points, options_.max_points);
+    const double spacing = long_range_ ? long_range_->geometry().voxel_size : field_->geometry().voxel_size;
+    scales_ = Scales(options_, field_->geometry().voxel_size, spacing, scan_);
+    result.points = scan_.size();
+    result.inlier_distance = scales_.tolerance;
+    iterations_ = 0;
+    return result;
+  }
+
+  bool usable(const Eigen::Isometry3d& T) const {
+    return scan_.size() >= options_.min_points && T.matrix().allFinite();
+  }
+
+  PosePrior defaultPrior(const Eigen::Isometry3d& T) const {
+    const double translation = options_.prior_translation_sigma > 0.0
+                                   ? options_.prior_translation_sigma
+                                   : 0.5 * std::max(scan_.radius(), scales_.voxel);
+    return PosePrior::fromSigmas(T, translation, options_.prior_rotation_sigma);
+  }
+
   ResidualModel model(double scale) const {
     ResidualModel m;
     m.scale = scale;
-    m.inlier_distance = options_.inlier_distance;
+    m.inlier_distance = scales_.tolerance;
+    m.score_scale = scales_.score;
     m.check_facing = facing_;
+    m.deep_inside = 2.5 * scales_.voxel;
     return m;
   }
 
-  void solvePlain(const Eigen::Isometry3d& T_prior, RegistrationResult& result) {
-    StageOptions stage = finalStage();
-    stage.model.robust = false;
-    stage.model.limit_gradient = false;
-    const StageResult solved = gaussNewton(*field_, scan_, T_prior, stage);
-    finish(solved, solved.iterations, result);
-  }
-
-  StageOptions finalStage() const {
+  StageOptions stageOptions(double scale, int points, int iterations) const {
     StageOptions stage;
-    stage.points = scan_.size();
-    stage.model = model(options_.kernel_scale_end);
-    stage.max_iterations = options_.max_iterations;
+    stage.points = points;
+    stage.model = model(scale);
+    stage.max_iterations = std::max(2, std::min(iterations, options_.max_iterations));
     stage.rotation_epsilon = options_.rotation_epsilon;
     stage.translation_epsilon = options_.translation_epsilon;
     stage.cost_epsilon = options_.cost_epsilon;
-    stage.weak_threshold = heldBelow();
+    stage.prior = prior_;
     return stage;
   }
 
-  /// Graduated non-convexity. First the far field pulls a part of the points in, from a kernel as wide as the
-  /// scan's own residual; then the map itself, first on a part of the points, last on all.
-  void solveRobust(const Eigen::Isometry3d& T_prior, RegistrationResult& result) {
-    Eigen::Isometry3d T = T_prior;
-    int iterations = 0;
-    if (pulls_in_) {
-      coarse_.assign(scan_, kCoarsePoints);
-      iterations += pullIn(T);
+  void solvePlain(const Eigen::Isometry3d& T_prior, RegistrationResult& result) {
+    prior_ = PosePrior{T_prior, Matrix6d::Zero()};
+    StageOptions stage = stageOptions(scales_.last, scan_.size(), options_.max_iterations);
+    stage.model.robust = false;
+    stage.model.limit_gradient = false;
+    const StageResult solved = gaussNewton(*field_, scan_, T_prior, stage);
+    iterations_ = solved.iterations;
+    describe(solved, result);
+    result.success = result.reason == TerminationReason::kConverged ||
+                     result.reason == TerminationReason::kMaxIterations;
+    if (result.success && result.inlier_ratio < options_.min_inlier_ratio) {
+      result.success = false;
+      result.reason = TerminationReason::kLowScore;
     }
-    StageResult best = refine(T, iterations);
-    if (pulls_in_ && options_.restarts > 0 && verdict(best) > options_.restart_score) {
-      restart(T_prior, best, iterations);
-    }
-    sharpen(best, iterations);
-    finish(best, iterations, result);
+    if (result.success) result.covariance = measuredCovariance(solved);
   }
 
-  /// Scans and maps that are better than kernel_scale_end supposes deserve a narrower kernel: outliers, as
-  /// edges that the map rounds, then count for less.
-  void sharpen(StageResult& best, int& iterations) {
-    double scale = options_.kernel_scale_end;
+  /// The map itself first, from the prior. The far field and further starts are other hypotheses, and count if
+  /// they explain the scan better.
+  void solveNear(RegistrationResult& result) {
+    const Eigen::Isometry3d& T_prior = prior_.T_map_sensor;
+    Hypothesis best = approach(T_prior);
+    if (pulls_in_) {
+      coarse_.assign(scan_, kCoarsePoints);
+      const Eigen::Isometry3d T_far = heldToPrior(pullIn(T_prior));
+      const PoseError apart = poseError(T_far, best.stage.T_map_sensor);
+      if (apart.translation > scales_.tolerance || apart.rotation * scales_.lever > scales_.tolerance)
+        prefer(approach(T_far), 0.0, best);
+      if (options_.restarts > 0 && explainsBadly(best)) restart(best);
+    }
+    conclude(best, result);
+  }
+
+  void solveFrom(const std::vector<Eigen::Isometry3d>& starts, RegistrationResult& result) {
+    std::vector<Hypothesis> all;
+    for (const auto& T : starts) all.push_back(approach(heldToPrior(T)));
+    std::stable_sort(all.begin(), all.end(),
+                     [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; });
+    conclude(all.front(), result);
+    for (const Hypothesis& other : all) {
+      const PoseError e = poseError(result.T_map_sensor, other.stage.T_map_sensor);
+      const bool same = e.translation < kSamePlace * scan_.radius() && e.rotation < kSameAngle;
+      const double its_score = score(other.stage.equations) + other.blocked;
+      if (same || its_score >= result.runner_up_score) continue;
+      result.runner_up_score = its_score;
+      result.T_map_runner_up = other.stage.T_map_sensor;
+    }
+  }
+
+  void conclude(Hypothesis& best, RegistrationResult& result) {
+    refine(best.stage);
+    const HeldOut held_out(scan_, std::max(scan_.radius() / kClustersPerRadius, scales_.voxel));
+    Verification verification = examine(best.stage, held_out);
+    if (!verification.better.empty()) {
+      // Along a weak direction another pose may explain the scan better.
+      weigh(best);
+      bool moved = false;
+      for (const auto& T : verification.better) {
+        Hypothesis other = approach(T);
+        refine(other.stage);
+        weigh(other);
+        moved = prefer(other, kMargin, best) || moved;
+      }
+      if (moved) verification = examine(best.stage, held_out);
+    }
+    describe(best.stage, result);
+    accept(best.stage, verification, result);
+  }
+
+  Verification examine(const StageResult& stage, const HeldOut& held_out) const {
+    return verify(*field_, scan_, held_out, stage.T_map_sensor, stage.equations, prior_,
+                  model(scales_.last), scales_, options_.degenerate_threshold);
+  }
+
+  /// Where a fit does not fix the pose it goes back to the prior.
+  Eigen::Isometry3d heldToPrior(const Eigen::Isometry3d& T) {
+    const NormalEquations e =
+        linearize(*field_, scan_, scan_.prefix(kMiddlePoints), T, model(scales_.near_second));
+    ++iterations_;
+    if (!(e.weight > 0.0)) return T;
+    return weighAgainstPrior(e, scan_, T, prior_, supposedSigma(scales_.near_first),
+                             gradientNoise(e, scales_.voxel));
+  }
+
+  /// The map itself on a part of the points, the kernel as wide as the residuals at the start ask for.
+  Hypothesis approach(const Eigen::Isometry3d& T_start) {
+    Hypothesis h;
+    const int points = scan_.prefix(kMiddlePoints);
+    Eigen::Isometry3d T = T_start;
+    const double spread = residualSpread(*field_, scan_, points, T, model(scales_.near_second));
+    if (kScalePerSigma * spread > 1.5 * scales_.near_second) {
+      StageOptions first = stageOptions(scales_.near_first, points, kNearIterations);
+      first.cost_epsilon = kMiddleCostEpsilon;
+      const StageResult near = levenbergMarquardt(*field_, scan_, T, first);
+      iterations_ += near.iterations;
+      T = near.T_map_sensor;
+    }
+    StageOptions second = stageOptions(scales_.near_second, points, kMiddleIterations);
+    second.cost_epsilon = kMiddleCostEpsilon;
+    h.stage = levenbergMarquardt(*field_, scan_, T, second);
+    iterations_ += h.stage.iterations;
+    weigh(h);
+    return h;
+  }
+
+  void weigh(Hypothesis& h) const {
+    h.blocked = blockedShare(*field_, long_range_.get(), scan_, h.stage.T_map_sensor, kRays);
+    h.cost = kIndependentPoints * (score(h.stage.equations) + h.blocked) +
+             0.5 * prior_.squaredDistance(h.stage.T_map_sensor);
+  }
+
+  /// The other one in place of the best, if it is better by more than the margin.
+  static bool prefer(const Hypothesis& other, double margin, Hypothesis& best) {
+    if (!(other.cost + margin < best.cost)) return false;
+    best = other;
+    return true;
+  }
+
+  /// Judged by the points in known space: a map with gaps explains no scan as a whole.
+  bool explainsBadly(const Hypothesis& h) const {
+    const NormalEquations& e = h.stage.equations;
+    return (e.score + e.behind) / std::max(1, e.valid + e.behind) + h.blocked > options_.restart_score ||
+           e.valid < 0.5 * e.points();
+  }
+
+  /// On all points but those held out, the kernel narrowed with the spread of the residuals: outliers, as edges
+  /// that the map rounds, then count for less.
+  void refine(StageResult& best) {
+    StageOptions last = stageOptions(scales_.last, scan_.fitted(), options_.max_iterations);
+    last.gradient_noise = gradientNoise(best.equations, scales_.voxel);
+    best = levenbergMarquardt(*field_, scan_, best.T_map_sensor, last);
+    iterations_ += best.iterations;
+    double scale = scales_.last;
     for (int pass = 0; pass < kSharpenings && best.solvable; ++pass) {
       const double spread =
           residualSpread(*field_, scan_, scan_.prefix(kMiddlePoints), best.T_map_sensor, model(scale));
-      const double narrower = std::max(kKernelSigmas * spread, options_.kernel_scale_least);
+      const double narrower = std::max({kKernelSigmas * spread, scales_.least, 0.4 * scale});
       if (narrower > 0.8 * scale) break;
       scale = narrower;
-      StageOptions stage = finalStage();
-      stage.model = model(scale);
-      stage.max_iterations = std::min(kSharpenIterations, options_.max_iterations);
+      StageOptions stage = stageOptions(scale, scan_.fitted(), kSharpenIterations);
+      stage.gradient_noise = last.gradient_noise;
       const StageResult narrow = levenbergMarquardt(*field_, scan_, best.T_map_sensor, stage);
-      iterations += narrow.iterations;
+      iterations_ += narrow.iterations;
       if (!narrow.solvable) break;
       best.T_map_sensor = narrow.T_map_sensor;
     }
     // What the scan says about the pose is told with the wide kernel, whatever refined it.
-    if (scale < options_.kernel_scale_end) {
-      best.equations =
-          linearize(*field_, scan_, scan_.size(), best.T_map_sensor, model(options_.kernel_scale_end));
+    if (scale < scales_.last) {
+      best.equations = linearize(*field_, scan_, scan_.fitted(), best.T_map_sensor, model(scales_.last));
     }
-  }
-
-  /// Share of the information below which a direction is left at the prior.
-  double heldBelow() const { return options_.hold_weak ? options_.weak_threshold : 0.0; }
-
-  double blocked(const StageResult& stage) const {
-    return blockedShare(*field_, long_range_.get(), scan_, stage.T_map_sensor, kRays);
-  }
-  /// 0: every point lies on a surface, and every ray got there through free space.
-  double verdict(const StageResult& stage) const { return score(stage.equations) + blocked(stage); }
-
-  /// The map itself, from a pose of the far field's accuracy.
-  StageResult refine(const Eigen::Isometry3d& T_start, int& iterations) {
-    StageOptions stage = finalStage();
-    stage.points = scan_.prefix(kMiddlePoints);
-    stage.model = model(std::max(kMiddleScale, options_.kernel_scale_end));
-    stage.max_iterations = std::min(kMiddleIterations, options_.max_iterations);
-    stage.cost_epsilon = kMiddleCostEpsilon;
-    const StageResult middle = levenbergMarquardt(*field_, scan_, T_start, stage);
-    StageOptions last = finalStage();
-    last.max_iterations = std::max(2, options_.max_iterations - middle.iterations);
-    StageResult result = levenbergMarquardt(*field_, scan_, middle.T_map_sensor, last);
-    iterations += middle.iterations + result.iterations;
-    return result;
   }
 
   /// A local minimum shows by its score: descend again from poses around the prior and keep what explains the
   /// scan best.
-  void restart(const Eigen::Isometry3d& T_prior, StageResult& best, int& iterations) {
-    Matrix6d spread = Matrix6d::Zero();
-    spread.diagonal().head<3>().setConstant(kRestartRotation * kRestartRotation);
-    spread.diagonal().tail<3>().setConstant(kRestartTranslation * kRestartTranslation);
+  void restart(Hypothesis& best) {
+    const Matrix6d spread = prior_.information.inverse();
     DescentOptions descent;
-    descent.rotation_tied_above = kTiedAbove;
-    descent.scales = {1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 0.3, 0.3, 0.15, 0.15};
-    const auto starts = startsAround(T_prior, spread, options_.restarts + 1, 0);
-    const auto found =
-        bestDistinct(descendAll(*long_range_, coarse_, starts, descent), kRestartsRefined, 0.05, 0.05);
-    iterations += static_cast<int>(starts.size() * descent.scales.size());
-    double lowest = verdict(best);
-    for (const Candidate& candidate : found) {
-      const StageResult other = refine(candidate.T_map_sensor, iterations);
-      const double its_verdict = verdict(other);
-      if (its_verdict >= lowest) continue;
-      lowest = its_verdict;
-      best = other;
+    descent.rotation_tied_above = scales_.tied_above;
+    const double first = std::max(0.5 * scales_.widest, scales_.far_last);
+    descent.scales = geometricScales(first, scales_.far_last, kRestartSteps);
+    const auto starts = startsAround(prior_.T_map_sensor, spread, options_.restarts + 1, 0);
+    const auto found = bestDistinct(descendAll(*long_range_, coarse_, starts, descent), kRestartsRefined,
+                                    scales_.tolerance, scales_.tolerance / scales_.lever);
+    iterations_ += static_cast<int>(starts.size() * descent.scales.size());
+    for (const Candidate& candidate : found) prefer(approach(heldToPrior(candidate.T_map_sensor)), kMargin, best);
+  }
+
+  /// Descends in the far field. The widest kernel is a few times the residual of the start.
+  Eigen::Isometry3d pullIn(const Eigen::Isometry3d& T_start) {
+    const NormalEquations start =
+        linearize(*long_range_, coarse_, coarse_.size(), T_start, ResidualModel());
+    ++iterations_;
+    if (start.valid == 0) return T_start;
+    const double widest = std::min(scales_.widest, kScalePerRms * std::sqrt(start.squares / start.valid));
+    DescentOptions descent;
+    for (double scale = widest; scale > scales_.near_second; scale *= kScaleFactor) {
+      descent.scales.insert(descent.scales.end(), kStepsPerScale, scale);
     }
+    descent.rotation_tied_above = scales_.tied_above;
+    iterations_ += static_cast<int>(descent.scales.size());
+    return descend(*long_range_, coarse_, T_start, descent).T_map_sensor;
   }
 
-  /// Descends in the far field; returns the iterations. The widest kernel is a few times the residual of the
-  /// start.
-  int pullIn(Eigen::Isometry3d& T) {
-    const NormalEquations start = linearize(*long_range_, coarse_, coarse_.size(), T, ResidualModel());
-    if (start.valid == 0) return 1;
-    const double widest =
-        std::min(options_.kernel_scale_start, kScalePerRms * std::sqrt(start.squares / start.valid));
-    descent_.scales.clear();
-    for (double scale = widest; scale > kMiddleScale; scale *= kScaleFactor) {
-      descent_.scales.insert(descent_.scales.end(), kStepsPerScale, scale);
-    }
-    descent_.rotation_tied_above = kTiedAbove;
-    T = descend(*long_range_, coarse_, T, descent_).T_map_sensor;
-    return 1 + static_cast<int>(descent_.scales.size());
-  }
-
-  void finish(const StageResult& stage, int iterations, RegistrationResult& result) {
-    judge(stage, iterations, result);
-    describeInformation(stage, result);
-  }
-
-  /// Statistics, reason and verdict.
-  void judge(const StageResult& stage, int iterations, RegistrationResult& result) const {
+  /// Statistics and reason.
+  void describe(const StageResult& stage, RegistrationResult& result) const {
     report(stage.equations, stage.T_map_sensor, result);
-    result.iterations = iterations;
-    if (options_.method == "robust") result.blocked_ratio = blocked(stage);
+    result.iterations = iterations_;
+    const InformationAnalysis info = analyseInformation(stage.equations, scan_.radius());
+    result.hessian_eigenvalues = info.share;
+    result.hessian_eigenvectors = info.directions;
+    result.degenerate_directions =
+        static_cast<int>((info.share.array() < options_.degenerate_threshold).count());
     const double known = static_cast<double>(stage.equations.valid) / std::max(1, stage.equations.points());
     if (known < options_.min_known_ratio) {
       result.reason = TerminationReason::kOutsideMap;
@@ -322,44 +363,68 @@ class Registration::Impl {
       result.reason = TerminationReason::kDegenerate;
     } else {
       result.reason = stage.converged ? TerminationReason::kConverged : TerminationReason::kMaxIterations;
-      result.success = result.inlier_ratio >= options_.min_inlier_ratio;
-      if (!result.success) result.reason = TerminationReason::kLowScore;
     }
   }
 
-  void describeInformation(const StageResult& stage, RegistrationResult& result) {
-    const InformationAnalysis info = analyseInformation(stage.equations, scan_.radius());
-    result.hessian_eigenvalues = info.share;
-    result.hessian_eigenvectors = info.directions;
-    result.weak_directions = static_cast<int>((info.share.array() < options_.weak_threshold).count());
-    if (result.success) {
-      const Matrix6d about_centroid =
-          sandwichCovariance(*field_, scan_, stage.T_map_sensor, model(options_.kernel_scale_end),
-                             kClusterSize, heldBelow(), options_.weak_sigma);
-      // Twists about the sensor's position: its translation also moves by the rotation times the lever arm.
-      Matrix6d shift = Matrix6d::Identity();
-      shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());
-      result.covariance = shift * about_centroid * shift.transpose();
+  /// The verification decides whether the pose may be used.
+  void accept(const StageResult& stage, const Verification& verification, RegistrationResult& result) {
+    result.blocked_ratio = blockedShare(*field_, long_range_.get(), scan_, stage.T_map_sensor, kRays);
+    result.degenerate_directions = verification.degenerate_directions;
+    result.explained_ratio = verification.explained_ratio;
+    result.least_evidence = verification.least_evidence;
+    result.confidence =
+        confidence({verification.explained_ratio, result.blocked_ratio, result.unmappedRatio(),
+                    verification.least_evidence, result.rms_residual / scales_.tolerance});
+    if (result.reason != TerminationReason::kConverged && result.reason != TerminationReason::kMaxIterations)
+      return;
+    result.covariance = posteriorCovariance(stage);
+    if (result.inlier_ratio < options_.min_inlier_ratio) {
+      result.reason = TerminationReason::kLowScore;
+    } else if (verification.open_directions > 0) {
+      result.reason = TerminationReason::kDegenerate;
+    } else if (result.confidence < options_.min_confidence) {
+      result.reason = TerminationReason::kLowScore;
+    } else {
+      result.success = true;
     }
+  }
+
+  /// Of the scan alone, about the sensor's position.
+  Matrix6d measuredCovariance(const StageResult& stage) const {
+    const Matrix6d about_centroid =
+        sandwichCovariance(*field_, scan_, stage.T_map_sensor, model(scales_.last), kClusterSize,
+                           options_.degenerate_threshold, kUnmeasured);
+    // Twists about the sensor's position: its translation also moves by the rotation times the lever arm.
+    Matrix6d shift = Matrix6d::Identity();
+    shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());
+    return shift * about_centroid * shift.transpose();
+  }
+  Matrix6d posteriorCovariance(const StageResult& stage) const {
+    const Matrix6d measured = measuredCovariance(stage);
+    const Matrix6d posterior = (measured.inverse() + prior_.information).inverse();
+    return 0.5 * (posterior + posterior.transpose());
   }
 
   static constexpr int kCoarsePoints = 400;  // of the far field's descent
   static constexpr int kStepsPerScale = 6;
   static constexpr double kScalePerRms = 6.0;
   static constexpr double kScaleFactor = 0.55;
-  static constexpr double kTiedAbove = 0.3;  // [m]
   static constexpr int kMiddlePoints = 1000;
+  static constexpr int kNearIterations = 5;
   static constexpr int kMiddleIterations = 8;
-  static constexpr double kMiddleScale = 0.1;  // [m] of the map's first stage
   static constexpr double kMiddleCostEpsilon = 3e-3;
   static constexpr int kSharpenings = 2;
   static constexpr int kSharpenIterations = 10;
-  static constexpr double kKernelSigmas = 6.0;        // kernel scale per spread of the residuals
-  static constexpr double kRestartTranslation = 0.4;  // [m] spread of the restarts
-  static constexpr double kRestartRotation = 0.15;    // [rad]
+  static constexpr double kKernelSigmas = 3.0;  // kernel scale per spread of the residuals
+  static constexpr int kRestartSteps = 10;
   static constexpr std::size_t kRestartsRefined = 3;
   static constexpr int kRays = 100;
-  static constexpr double kClusterSize = 0.3;  // [m]
+  static constexpr double kClusterSize = 0.3;        // [m]
+  static constexpr double kUnmeasured = 1e3;         // [m] standard deviation of what a scan does not measure
+  static constexpr double kClustersPerRadius = 4.0;  // of the verification
+  static constexpr double kMargin = 2.0;             // log likelihood that another hypothesis has to gain
+  static constexpr double kSamePlace = 0.3;          // of the scan's radius
+  static constexpr double kSameAngle = 0.3;          // [rad]
 
   std::shared_ptr<const DistanceField> field_;
   std::shared_ptr<const DistanceField> long_range_;
@@ -367,7 +432,9 @@ class Registration::Impl {
   bool facing_ = false;
   RegistrationOptions options_;
   ScanBuffer scan_, coarse_;
-  DescentOptions descent_;
+  Scales scales_;
+  PosePrior prior_;
+  int iterations_ = 0;
 };
 
 Registration::Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options,
@@ -376,12 +443,14 @@ Registration::Registration(std::shared_ptr<const DistanceField> field, Registrat
 Registration::~Registration() = default;
 Registration::Registration(Registration&&) noexcept = default;
 Registration& Registration::operator=(Registration&&) noexcept = default;
-RegistrationResult Registration::align(const ScanPoints& points,
-                                       const Eigen::Isometry3d& T_map_sensor_prior) {
-  return impl_->align(points, T_map_sensor_prior);
+RegistrationResult Registration::align(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor_prior,
+                                       const std::optional<Matrix6d>& covariance) {
+  return impl_->align(points, T_map_sensor_prior, covariance);
 }
-RegistrationResult Registration::polish(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor) {
-  return impl_->polish(points, T_map_sensor);
+RegistrationResult Registration::alignFrom(const ScanPoints& points,
+                                           const std::vector<Eigen::Isometry3d>& starts,
+                                           const PosePrior& prior) {
+  return impl_->alignFrom(points, starts, prior);
 }
 const RegistrationOptions& Registration::options() const { return impl_->options(); }
 const DistanceField& Registration::field() const { return impl_->field(); }

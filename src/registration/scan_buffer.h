@@ -26,6 +26,8 @@ class ScanBuffer {
   const Eigen::Vector3d& centroid() const { return centroid_; }
   /// Root mean square distance to the centroid [m]: turns radians into metres.
   double radius() const { return radius_; }
+  /// The points to make an estimate from come first; the eighth behind them is for its verification.
+  int fitted() const { return size() - size() / 8; }
   /// Size of an even prefix of at least `wanted` points (or all).
   int prefix(int wanted) const;
 

@@ -54,20 +54,11 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
   candidates = bestDistinct(descendAll(registration.field(), scan, middle, narrow),
                             static_cast<std::size_t>(options.refined), 0.03, 0.03);
 
-  int iterations = static_cast<int>(starts.size() * wide.scales.size());
-  Eigen::Isometry3d T_best = T_map_sensor_prior;
-  double best_verdict = 3.0;
-  for (const Candidate& c : candidates) {
-    const RegistrationResult polished = registration.polish(points, c.T_map_sensor);
-    iterations += polished.iterations;
-    if (verdict(polished) < best_verdict) {
-      best_verdict = verdict(polished);
-      T_best = polished.T_map_sensor;
-    }
-  }
-  RegistrationResult best = registration.align(points, T_best);
-  iterations += best.iterations;
-  best.iterations = iterations;
+  std::vector<Eigen::Isometry3d> found{T_map_sensor_prior};
+  for (const Candidate& c : candidates) found.push_back(c.T_map_sensor);
+  RegistrationResult best = registration.alignFrom(
+      points, found, PosePrior::fromCovariance(T_map_sensor_prior, covariance.value_or(spread)));
+  best.iterations += static_cast<int>(starts.size() * wide.scales.size());
   best.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return best;

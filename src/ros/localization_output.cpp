@@ -104,7 +104,7 @@ Status toStatus(const LocalizationUpdate& update) {
   for (Eigen::Index n = 0; n < 6; ++n) {
     status.hessian_eigenvalues[static_cast<std::size_t>(n)] = r.hessian_eigenvalues[n];
   }
-  status.weak_directions = static_cast<std::uint8_t>(r.weak_directions);
+  status.weak_directions = static_cast<std::uint8_t>(r.degenerate_directions);
   return status;
 }
 

@@ -135,8 +135,8 @@ std::string resolveBeside(const std::string& list_path, const std::string& name)
 
 const char* const kRegistrationCsvHeader =
     "scan,prior,points,success,reason,iterations,rms_residual,inlier_ratio,ms,tx,ty,tz,qx,qy,qz,qw,"
-    "translation_error,"
-    "rotation_error";
+    "translation_error,rotation_error,confidence,degenerate_directions,unmapped_ratio,explained_ratio,"
+    "blocked_ratio,least_evidence,score";
 
 void writeRow(std::ostream& out, const RegistrationRow& row) {
   const RegistrationResult& r = row.result;
@@ -150,11 +150,12 @@ void writeRow(std::ostream& out, const RegistrationRow& row) {
   if (row.error) out << row.error->translation;
   out << ',';
   if (row.error) out << row.error->rotation;
-  out << '\n';
+  out << ',' << r.confidence << ',' << r.degenerate_directions << ',' << r.unmappedRatio() << ','
+      << r.explained_ratio << ',' << r.blocked_ratio << ',' << r.least_evidence << ',' << r.score << '\n';
 }
 
 void writeUncertaintyHeader(std::ostream& out) {
-  out << "scan,weak_directions";
+  out << "scan,degenerate_directions";
   for (int a = 0; a < 6; ++a) {
     for (int b = 0; b < 6; ++b) out << ",c" << a << b;
   }
@@ -164,7 +165,7 @@ void writeUncertaintyHeader(std::ostream& out) {
 void writeUncertainty(std::ostream& out, const RegistrationRow& row) {
   const bool known = row.result.success && !row.unreadable;
   out << std::setprecision(9) << quoted(row.scan) << ',';
-  if (known) out << row.result.weak_directions;
+  if (known) out << row.result.degenerate_directions;
   for (int a = 0; a < 6; ++a) {
     for (int b = 0; b < 6; ++b) {
       out << ',';

@@ -7,6 +7,7 @@
 #include "ttsdf_localization/evaluation/method_factory.h"
 #include "ttsdf_localization/evaluation/statistics.h"
 #include "ttsdf_localization/frames/frame_folder.h"
+#include "ttsdf_localization/localization/pose_covariance.h"
 #include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/progress.h"
@@ -15,7 +16,8 @@
 namespace {
 
 struct Arguments {
-  std::string map, batch, output, uncertainty, mode = "track", gravity, map_down, interpolation = "trilinear";
+  std::string map, batch, output, uncertainty, mode = "track", gravity, map_down, interpolation = "trilinear",
+      prior_sigma;
   int repeat = 1;
   bool dense = false;
   ttsdf::RegistrationOptions registration;
@@ -37,6 +39,9 @@ void declare(ttsdf::CommandLine& line, Arguments& a) {
       .value("gravity", "GX,GY,GZ", a.gravity, "Down direction in the sensor frame (mode global).")
       .value("map-down", "X,Y,Z", a.map_down,
              "Down direction in the map frame (mode global; default: 0,0,-1).")
+      .value("prior-sigma", "METRES,RADIANS", a.prior_sigma,
+             "Standard deviations of the priors: along directions that a scan does not fix the answer is the "
+             "prior, and success tells whether that is good enough. Without it the priors count little.")
       .value("repeat", "N", a.repeat, "The time of a scan is the median of N registrations.")
       .value("interpolation", "KIND", a.interpolation, "trilinear, or nearest as in the paper.")
       .flag("dense", a.dense, "Uses the decompressed field, for comparison.")
@@ -64,11 +69,21 @@ Eigen::Vector3d direction(const std::string& flag, const std::string& text) {
   return result.normalized();
 }
 
+std::optional<ttsdf::Matrix6d> priorCovariance(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  const auto sigmas = ttsdf::parseNumbers("prior-sigma", text, 2);
+  if (!(sigmas[0] > 0.0) || !(sigmas[1] > 0.0))
+    throw ttsdf::UsageError("--prior-sigma: got '" + text + "', wanted two numbers above 0");
+  return ttsdf::isotropicCovariance(sigmas[1], sigmas[0]);
+}
+
 /// One registration of the chosen mode.
 class Task {
  public:
   Task(const Arguments& a, const ttsdf::TtSdfMap& map)
-      : arguments_(a), registration_(makeField(a, map), a.registration) {
+      : arguments_(a),
+        registration_(makeField(a, map), a.registration),
+        prior_covariance_(priorCovariance(a.prior_sigma)) {
     if (!a.gravity.empty()) gravity_ = direction("gravity", a.gravity);
     if (!a.map_down.empty()) map_down_ = direction("map-down", a.map_down);
   }
@@ -78,9 +93,9 @@ class Task {
       return ttsdf::localizeGlobally(registration_, points, gravity_, map_down_, arguments_.global);
     }
     if (arguments_.mode == "search") {
-      return ttsdf::searchNear(registration_, points, T_map_prior, arguments_.search);
+      return ttsdf::searchNear(registration_, points, T_map_prior, arguments_.search, prior_covariance_);
     }
-    return registration_.align(points, T_map_prior);
+    return registration_.align(points, T_map_prior, prior_covariance_);
   }
 
  private:
@@ -91,6 +106,7 @@ class Task {
 
   const Arguments& arguments_;
   ttsdf::Registration registration_;
+  std::optional<ttsdf::Matrix6d> prior_covariance_;
   std::optional<Eigen::Vector3d> gravity_;
   Eigen::Vector3d map_down_{0.0, 0.0, -1.0};
 };

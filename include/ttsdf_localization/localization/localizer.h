@@ -110,9 +110,9 @@ class Localizer {
   /// Whether the prior may be meant by this pose; if not, the pose has to be found and confirmed.
   Refusal checkPlausible(const LocalizerScan& scan, const Prediction& prior,
                          const RegistrationResult& result) const;
-  struct Weighed;
-  static Weighed weigh(const LocalizerScan& scan, const Prediction& prior, const RegistrationResult& result);
-  LocalizationUpdate accept(const LocalizerScan& scan, const Weighed& weighed, LocalizationUpdate& update);
+  static RegistrationResult alignWith(Registration& registration, const LocalizerScan& scan,
+                                      const PoseEstimate& prior);
+  LocalizationUpdate accept(const LocalizerScan& scan, const Prediction& prior, LocalizationUpdate& update);
   /// A pose found: believed after the confirmation scans that agree for at least `seconds`, by the inlier
   /// ratio it was found with.
   LocalizationUpdate place(const LocalizerScan& scan, LocalizationUpdate& update, double min_inlier_ratio,
@@ -140,7 +140,7 @@ class Localizer {
   Refusal judgeNearLast(const LocalizationUpdate& found) const;
   bool searchDue(double stamp, double period);
   Prediction recoveryPrior(const Prediction& prediction) const;
-  Prediction widened(Prediction prediction) const;
+  Prediction withLeastSpread(Prediction prediction) const;
 
   LocalizerOptions options_;
   std::unique_ptr<Registration> registration_, tracker_;

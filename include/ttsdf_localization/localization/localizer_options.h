@@ -24,7 +24,7 @@ struct GateOptions {
   double recovery_score_margin = 0.15;   ///< score against its usual value, after a search near the last pose
   double max_jump_translation = 0.5;     ///< pose against its prior [m]
   double max_jump_rotation = 0.35;       ///< [rad]
-  int max_weak_directions = 3;           ///< one wall or a floor leaves 3, a corridor 1
+  int max_degenerate_directions = 3;     ///< one wall or a floor leaves 3, a corridor 1
 };
 const OptionTable<GateOptions>& gateOptionTable();
 
@@ -65,12 +65,6 @@ struct RecoveryOptions {
 const OptionTable<RecoveryOptions>& recoveryOptionTable();
 
 struct LocalizerOptions {
-  /// The prior counts after the registration, by its covariance.
-  LocalizerOptions() {
-    registration.hold_weak = false;
-    registration.weak_sigma = 100.0;  // what is not measured must not count as a measurement
-  }
-
   GateOptions gates;
   MotionOptions motion;
   RecoveryOptions recovery;

@@ -25,14 +25,9 @@ struct PoseEstimate {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
-/// The prior as it is, or, if the measurement contradicts it beyond chance (99.9 %), less certain in the
-/// direction of the contradiction, so that no more than chance is left of it: as after slipping wheels. The
-/// `weak` directions of which the measurement says least, compared with the prior, contradict nothing.
-PoseEstimate widened(const PoseEstimate& prior, const PoseEstimate& measured, int weak = 0);
-
-/// The most likely pose of two independent estimates of it (product of normal distributions, i.e. a Kalman
-/// update): the prior counts along directions in which the measurement says little.
-PoseEstimate fused(const PoseEstimate& prior, const PoseEstimate& measured);
+/// The prior as it is, or, if a pose found contradicts it beyond chance (99.9 %), less certain in the direction of
+/// the contradiction, so that no more than chance is left of it: as after slipping wheels.
+PoseEstimate lessCertain(const PoseEstimate& prior, const Eigen::Isometry3d& T);
 
 /// Keeps `measured` but for the directions in which `prior` is the surer one: nothing is known worse than the
 /// prior knew it. Both positive definite; independent of units and of the point they are about.

@@ -4,12 +4,14 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "ttsdf_localization/field/distance_field.h"
 #include "ttsdf_localization/geometry/se3.h"
 #include "ttsdf_localization/options/option_table.h"
+#include "ttsdf_localization/registration/pose_prior.h"
 
 namespace ttsdf {
 
@@ -26,26 +28,28 @@ enum class TerminationReason : std::uint8_t {
 
 const char* name(TerminationReason reason);  ///< "converged", "max_iterations", ...
 
+/// Lengths of 0 follow from the map's voxel size and the scan.
 struct RegistrationOptions {
   std::string method = "robust";  ///< "robust" (Levenberg-Marquardt) or "gauss_newton" (as in the paper)
+  /// Of a prior whose covariance nobody gives [m]; 0: half the scan's radius. Not used by gauss_newton.
+  double prior_translation_sigma = 0.0;
+  double prior_rotation_sigma = 0.25;  ///< [rad]
   int max_iterations = 60;
   double rotation_epsilon = 1e-4;     ///< stop when a step turns less [rad] ...
   double translation_epsilon = 1e-4;  ///< ... and moves less [m]
   double cost_epsilon = 1e-4;         ///< ... or the cost falls by less than this share
-  double kernel_scale_start = 2.0;    ///< Geman-McClure scale of the first iterations [m]
-  double kernel_scale_end = 0.05;     ///< and of the last ones [m]
-  double kernel_scale_least = 0.004;  ///< narrower, down to this, where residuals are small [m]
-  double inlier_distance = 0.05;      ///< |f| below this is an inlier [m]
+  double kernel_scale_start = 0.0;    ///< Geman-McClure scale of the first iterations [m]
+  double kernel_scale_end = 0.0;      ///< of the first stage on all points [m]
+  double kernel_scale_least = 0.0;    ///< of the last one where residuals are small, at the least [m]
+  double inlier_distance = 0.0;       ///< |f| below this is an inlier [m]
   double min_inlier_ratio = 0.4;      ///< of the points in known space; fewer is no success
   double min_known_ratio = 0.2;       ///< share of points in known space that is needed
-  double weak_threshold = 0.01;       ///< directions with less information are reported as weak
-  bool hold_weak = true;              ///< and stay at the prior
-  double weak_sigma =
-      1.0;  ///< standard deviation reported for them then [m] (rotation: over the scan's radius)
+  double min_confidence = 0.5;        ///< a verification that is less confident is no success
+  double degenerate_threshold = 0.003;  ///< directions with less information are reported as degenerate
   bool check_facing = true;  ///< points behind a mapped surface, as the scan sees it, carry no information
   bool long_range = true;    ///< pull scans in by a coarse distance field made from the map when it is loaded
-  int restarts = 32;  ///< further starts around the prior when the first one explains the scan badly ...
-  double restart_score = 0.25;  ///< ... that is, with a score above this; 0 restarts: one start only
+  int restarts = 32;  ///< further starts around the prior when the first ones explain the scan badly ...
+  double restart_score = 0.25;  ///< ... that is, with a score above this; 0 restarts: none
   int min_points = 50;
   int max_points = 4500;  ///< more points are sub-sampled evenly
 };
@@ -54,27 +58,36 @@ const OptionTable<RegistrationOptions>& registrationOptionTable();
 struct RegistrationResult {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   TerminationReason reason = TerminationReason::kTooFewPoints;
-  bool success = false;  ///< the estimate may be used (converged and explains the scan)
+  bool success = false;  ///< the pose was verified: it may be used
   int iterations = 0;
   int points = 0;              ///< points used
   double rms_residual = 0.0;   ///< of the inliers [m]
   double inlier_ratio = 0.0;   ///< inliers / points in known space
+  double inlier_distance = 0.0;  ///< what was an inlier [m]
   double outside_ratio = 0.0;  ///< points outside the box / points
   double unknown_ratio = 0.0;  ///< points in unknown space / points
   double behind_ratio = 0.0;   ///< points that mapped surfaces turn their backs on / points
-  double score = 1.0;  ///< mean r^2 / (r^2 + s^2), s = 3 cm; unknown 0.7, outside or behind 1 (0 is perfect)
+  double score = 1.0;          ///< mean r^2 / (r^2 + s^2), s = 0.6 inlier_distance; unknown 0.7, outside or behind 1
+                               ///< (0 is perfect)
   double blocked_ratio = 0.0;    ///< rays that the map's matter stands in the way of / rays (method robust)
   double runner_up_score = 1.0;  ///< global: score + blocked_ratio of the best distinct other place
   Eigen::Isometry3d T_map_runner_up = Eigen::Isometry3d::Identity();
-  Matrix6d covariance =
-      Matrix6d::Zero();  ///< of the left perturbation [rotation; translation] about the sensor's position
+  double explained_ratio = 0.0;  ///< inliers / points in known space, of points that were not used (robust)
+  /// Least evidence [standard errors] against a pose that is inlier_distance off along a weak direction (robust).
+  double least_evidence = 0.0;
+  double confidence = 0.0;  ///< that the pose is right, from the verification [0, 1] (method robust)
+  /// Of the pose given scan and prior: left perturbation [rotation; translation] about the sensor's position.
+  Matrix6d covariance = Matrix6d::Zero();
   /// Information per direction, rising: mean square change of residual per metre the points move (1: every
   /// point sees it). Rotations are scaled by the scan's radius; columns of the eigenvectors are [rotation *
   /// radius; translation].
   Vector6d hessian_eigenvalues = Vector6d::Zero();
   Matrix6d hessian_eigenvectors = Matrix6d::Identity();
-  int weak_directions = 0;  ///< eigenvalues without information, from the smallest
+  int degenerate_directions = 0;  ///< directions that the scan does not fix; there the pose is the prior's
   double milliseconds = 0.0;
+
+  /// Points that say nothing: outside the map, in unknown space or behind surfaces / points.
+  double unmappedRatio() const { return outside_ratio + unknown_ratio + behind_ratio; }
 };
 
 /// Scan points in the sensor frame [m], 3 x n; non-finite columns are ignored.
@@ -90,13 +103,16 @@ class Registration {
   Registration(Registration&&) noexcept;
   Registration& operator=(Registration&&) noexcept;
 
-  /// From the prior; the options say how many restarts around it a bad fit is worth. Not thread-safe (owns
-  /// work space); never throws for bad points.
-  RegistrationResult align(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor_prior);
+  /// The most likely pose given scan and prior. `covariance` is of the prior: left perturbation [rotation;
+  /// translation] about the sensor's position; without it the options' sigmas count. Along directions that the
+  /// scan does not fix the answer is the prior. Not thread-safe (owns work space); never throws for bad points.
+  RegistrationResult align(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor_prior,
+                           const std::optional<Matrix6d>& covariance = std::nullopt);
 
-  /// Only the last stages, from a pose that is already within a few centimetres: no far field, no restarts,
-  /// and no covariance. What multi-start search compares its candidates with.
-  RegistrationResult polish(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor);
+  /// The same from several starts: the pose that explains scan and prior best. The runner-up is the best other
+  /// place. Of one evidence, the start that comes first.
+  RegistrationResult alignFrom(const ScanPoints& points, const std::vector<Eigen::Isometry3d>& starts,
+                               const PosePrior& prior);
 
   const RegistrationOptions& options() const;
   const DistanceField& field() const;

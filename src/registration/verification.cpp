@@ -1,0 +1,138 @@
+#include "verification.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+
+namespace ttsdf {
+
+namespace {
+
+constexpr double kProbedBelow = 0.15;   // share of the information; more needs no proof
+constexpr int kMostProbed = 3;          // directions, from the weakest
+constexpr double kNoticed = 2.0;        // standard errors
+constexpr double kBetter = -1.0;        // the same, of a pose that is worth a descent
+constexpr double kPinned = 9.0;         // squared Mahalanobis distance that the prior excludes
+constexpr double kFurther = 3.0;        // tolerances of the far probes
+
+/// Twist about the centroid along a direction of the scaled space that moves the pose by `distance`.
+Vector6d twistAlong(const Vector6d& direction, const ScanBuffer& scan, const Eigen::Isometry3d& T,
+                    double distance, double least_radius) {
+  Vector6d xi = direction;
+  xi.head<3>() /= std::max(scan.radius(), least_radius);
+  Matrix6d to_sensor = Matrix6d::Identity();
+  to_sensor.bottomLeftCorner<3, 3>() = hat(T.linear() * scan.centroid());
+  const double moved = std::max((to_sensor * xi).tail<3>().norm(), xi.tail<3>().norm());
+  return xi * (distance / std::max(moved, 1e-9));
+}
+
+}  // namespace
+
+HeldOut::HeldOut(const ScanBuffer& scan, double cluster_size) {
+  const int first = scan.fitted(), count = scan.size() - first;
+  points_.resize(3, count);
+  cluster_.resize(static_cast<std::size_t>(count));
+  std::map<std::array<int, 3>, int> cells;
+  const Eigen::Vector3f c = scan.centroid().cast<float>();
+  for (int n = 0; n < count; ++n) {
+    const Eigen::Vector3f p(scan.x()[first + n], scan.y()[first + n], scan.z()[first + n]);
+    points_.col(n) = c + p;
+    const Eigen::Array3i cell = (p.array() / static_cast<float>(cluster_size)).floor().cast<int>();
+    const auto found = cells.emplace(std::array<int, 3>{{cell[0], cell[1], cell[2]}}, clusters_);
+    if (found.second) ++clusters_;
+    cluster_[static_cast<std::size_t>(n)] = found.first->second;
+  }
+}
+
+HeldOut::Losses HeldOut::losses(const DistanceField& field, const Eigen::Isometry3d& T,
+                                const ResidualModel& model, double tolerance) const {
+  Losses out;
+  const Eigen::Matrix3Xf rotated = T.linear().cast<float>() * points_;
+  const Eigen::Matrix3Xf points = rotated.colwise() + T.translation().cast<float>();
+  const FieldSamples samples = field.evaluate(points);
+  out.loss.assign(static_cast<std::size_t>(size()), -1.0f);
+  const auto s2 = static_cast<float>(model.scale * model.scale);
+  for (Eigen::Index n = 0; n < points.cols(); ++n) {
+    if (samples.states[static_cast<std::size_t>(n)] != PointState::kValid) continue;
+    const float r = samples.values[n];
+    if (model.check_facing) {
+      const double cosine = static_cast<double>(rotated.col(n).dot(samples.gradients.col(n)) /
+                                                std::max(rotated.col(n).norm(), 1e-6f));
+      if (seenFromBehind(static_cast<double>(r), cosine, model)) continue;
+    }
+    out.loss[static_cast<std::size_t>(n)] = r * r / (r * r + s2);
+    ++out.known;
+    out.explained += std::abs(static_cast<double>(r)) < tolerance ? 1 : 0;
+  }
+  return out;
+}
+
+double HeldOut::evidence(const Losses& here, const Losses& there) const {
+  std::vector<double> sums(static_cast<std::size_t>(clusters_), 0.0);
+  std::vector<char> used(static_cast<std::size_t>(clusters_), 0);
+  for (std::size_t n = 0; n < cluster_.size(); ++n) {
+    if (here.loss[n] < 0.0f || there.loss[n] < 0.0f) continue;
+    const auto c = static_cast<std::size_t>(cluster_[n]);
+    sums[c] += static_cast<double>(there.loss[n]) - static_cast<double>(here.loss[n]);
+    used[c] = 1;
+  }
+  double count = 0.0, sum = 0.0, squares = 0.0;
+  for (std::size_t c = 0; c < sums.size(); ++c) {
+    if (used[c]) count += 1.0, sum += sums[c], squares += sums[c] * sums[c];
+  }
+  if (count < 4.0) return 0.0;
+  const double mean = sum / count;
+  const double variance = std::max(0.0, squares / count - mean * mean) * count / (count - 1.0);
+  // Differences below a thousandth of a point's loss are the map's noise.
+  return mean / std::sqrt(variance / count + 1e-6);
+}
+
+Verification verify(const DistanceField& field, const ScanBuffer& scan, const HeldOut& held_out,
+                    const Eigen::Isometry3d& T, const NormalEquations& equations, const PosePrior& prior,
+                    const ResidualModel& model, const Scales& scales, double degenerate_threshold) {
+  Verification out;
+  const HeldOut::Losses here = held_out.losses(field, T, model, scales.tolerance);
+  out.explained_ratio = static_cast<double>(here.explained) / std::max(1, here.known);
+  const InformationAnalysis info = analyseInformation(equations, scan.radius());
+  Matrix6d prior_information = Matrix6d::Zero();
+  Vector6d unused = Vector6d::Zero();
+  prior.add(T, scan.centroid(), prior_information, unused);
+  out.least_evidence = 100.0;
+  double lowest = kBetter;
+  for (int d = 0; d < 6; ++d) {
+    const bool silent = !(info.share[d] >= degenerate_threshold);
+    if (!silent && (d >= kMostProbed || info.share[d] > kProbedBelow)) continue;
+    const Vector6d xi = twistAlong(info.directions.col(d), scan, T, scales.tolerance, 1e-3);
+    const bool pinned = xi.dot(prior_information * xi) > kPinned;
+    double least = silent ? 0.0 : 100.0;
+    for (const double side : {-1.0, 1.0}) {
+      if (silent || pinned) break;
+      for (const double far : {1.0, kFurther}) {
+        const Eigen::Isometry3d T_there = retract(T, scan.centroid(), side * far * xi);
+        const double evidence =
+            held_out.evidence(here, held_out.losses(field, T_there, model, scales.tolerance));
+        least = std::min(least, evidence);
+        if (evidence < lowest) {
+          lowest = evidence;
+          out.better.assign(1, T_there);
+        }
+      }
+    }
+    const bool noticed = pinned ? !silent : least >= kNoticed;
+    if (!noticed) ++out.degenerate_directions;
+    if (!noticed && !pinned) ++out.open_directions;
+    if (!pinned) out.least_evidence = std::min(out.least_evidence, least);
+  }
+  return out;
+}
+
+double confidence(const ConfidenceFeatures& f) {
+  const double evidence = std::log1p(std::max(0.0, std::min(f.least_evidence, 20.0)));
+  const double sum = -2.0 + 8.0 * (f.explained_ratio - 0.5) - 6.0 * f.blocked_ratio - 2.0 * f.unmapped_ratio +
+                     2.0 * evidence - 1.0 * f.rms_share;
+  return 1.0 / (1.0 + std::exp(-sum));
+}
+
+}  // namespace ttsdf
