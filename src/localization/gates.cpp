@@ -18,8 +18,9 @@ std::string format(const char* pattern, Values... values) {
 Refusal checkTermination(const RegistrationResult& result) {
   if (result.success) return {};
   // The prior is part of the estimate: it counts along directions that the scan does not fix. How many of them
-  // there may be is a question of the fit.
+  // there may be, and how much confidence is enough, are questions of the fit.
   if (result.reason == TerminationReason::kDegenerate && result.degenerate_directions > 0) return {};
+  if (result.reason == TerminationReason::kUnsure) return {};
   switch (result.reason) {
     case TerminationReason::kTooFewPoints:
       return {RefusalReason::kTooFewPoints, format("only %d usable points in the scan", result.points)};
@@ -38,6 +39,7 @@ Refusal checkTermination(const RegistrationResult& result) {
       return {RefusalReason::kLowScore, format("no place explains the scan: best score %.3f", result.score)};
     case TerminationReason::kCancelled:
       return {RefusalReason::kCancelled, "cancelled"};
+    case TerminationReason::kUnsure:
     case TerminationReason::kConverged:
     case TerminationReason::kMaxIterations:
       break;
@@ -60,9 +62,16 @@ Refusal checkFit(const RegistrationResult& result, const GateOptions& options, d
     return {RefusalReason::kInliers,
             format("inlier ratio %.2f, at least %.2f wanted", result.inlier_ratio, min_inlier_ratio)};
   }
-  if (!(result.rms_residual <= options.max_rms_residual)) {
+  const double most = options.max_rms_residual > 0.0 ? options.max_rms_residual : 0.7 * result.inlier_distance;
+  if (!(result.rms_residual <= most)) {
     return {RefusalReason::kResidual, format("rms residual %.3f m, at most %.3f m allowed (max_rms_residual)",
-                                             result.rms_residual, options.max_rms_residual)};
+                                             result.rms_residual, most)};
+  }
+  // A degenerate scan is not confident of the whole pose; the directions are counted below.
+  const bool whole = result.reason != TerminationReason::kDegenerate;
+  if (whole && !(result.confidence >= options.min_confidence)) {
+    return {RefusalReason::kLowScore, format("confidence %.2f, at least %.2f wanted (min_confidence)",
+                                             result.confidence, options.min_confidence)};
   }
   if (result.degenerate_directions > options.max_degenerate_directions) {
     return {RefusalReason::kDegenerate, format("%d directions without information, at most %d allowed "
@@ -78,6 +87,7 @@ Refusal checkFitAfterSearch(const RegistrationResult& result, const GateOptions&
                             double min_inlier_ratio) {
   GateOptions gates = options;
   gates.max_unmapped_ratio = std::min(options.max_unmapped_ratio, options.recovery_unmapped_ratio);
+  gates.min_confidence = std::max(options.min_confidence, options.recovery_confidence);
   if (Refusal refusal = checkFit(result, gates, min_inlier_ratio)) return refusal;
   if (result.behind_ratio <= options.recovery_behind_ratio) return {};
   return {RefusalReason::kInliers,

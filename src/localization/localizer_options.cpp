@@ -20,7 +20,11 @@ const OptionTable<GateOptions>& gateOptionTable() {
   static const OptionTable<O> table =
       OptionTable<O>()
           .add("max_rms_residual", &O::max_rms_residual, 0.0, 1.0, "m",
-               "Largest rms residual of the inliers.")
+               "Largest rms residual of the inliers; 0: 0.7 of the distance that makes an inlier.")
+          .add("min_confidence", &O::min_confidence, 0.0, 1.0, "",
+               "Least confidence of the verification while tracking.")
+          .add("recovery_confidence", &O::recovery_confidence, 0.0, 1.0, "",
+               "The same after a search or for a pose that the prior does not expect.")
           .add("min_inlier_ratio", &O::min_inlier_ratio, 0.0, 1.0, "",
                "Least share of inliers among the points in known space while tracking.")
           .add("recovery_inlier_ratio", &O::recovery_inlier_ratio, 0.0, 1.0, "",

@@ -20,7 +20,7 @@ bool small(const Vector6d& xi, const StageOptions& options) {
 }
 
 /// What a point's share of the cost counts against the prior [1 / m^2].
-double dataWeight(const NormalEquations& e, double sigma) {
+double pointWeight(const NormalEquations& e, double sigma) {
   const double points = std::max(1, e.points());
   return std::min(kIndependentPoints, points) / (points * sigma * sigma);
 }
@@ -33,7 +33,7 @@ struct Objective {
   const PosePrior& prior;
   Objective(const NormalEquations& start, const StageOptions& options)
       : unknown_cost(start.valid > 0 ? start.cost / start.valid : 1.0),
-        data_weight(dataWeight(start, supposedSigma(options.model.scale))),
+        data_weight(pointWeight(start, supposedSigma(options.model.scale))),
         loss_weight(0.5 * options.model.scale * options.model.scale * data_weight),
         prior(options.prior) {}
   double operator()(const NormalEquations& e, const Eigen::Isometry3d& T) const {
@@ -96,26 +96,38 @@ double countedShare(double share, double gradient_noise) {
   return std::max(0.0, share - gradient_noise) / std::max(share, 1e-12);
 }
 
-Eigen::Isometry3d weighAgainstPrior(const NormalEquations& equations, const ScanBuffer& scan,
-                                    const Eigen::Isometry3d& T_fit, const PosePrior& prior, double sigma,
-                                    double gradient_noise) {
+double dataWeight(const NormalEquations& equations, double sigma) {
+  return pointWeight(equations, sigma) * equations.weight;
+}
+
+Eigen::Isometry3d settle(const ScanBuffer& scan, const Eigen::Isometry3d& T_fit, const Matrix6d& directions,
+                         const Vector6d& information, const PosePrior& prior) {
   if (prior.information.isZero()) return T_fit;
   const Vector6d s = scaling(scan.radius());
-  const CountedEquations data = counted(equations, scan.radius(), gradient_noise);
-  const double weight = dataWeight(equations, sigma) * equations.weight;
+  const Matrix6d data = directions * information.asDiagonal() * directions.transpose();
   Eigen::Isometry3d T = T_fit;
   Vector6d moved = Vector6d::Zero();  // from the fit, scaled
   for (int pass = 0; pass < 3; ++pass) {  // the prior's displacement turns a little with the rotation
     Matrix6d H = Matrix6d::Zero();
     Vector6d g = Vector6d::Zero();
     prior.add(T, scan.centroid(), H, g);
-    const Matrix6d A = weight * data.H + s.asDiagonal() * H * s.asDiagonal();
-    const Vector6d step = A.ldlt().solve(-(weight * data.H * moved + s.asDiagonal() * g));
+    const Matrix6d A = data + s.asDiagonal() * H * s.asDiagonal();
+    const Vector6d step = A.ldlt().solve(-(data * moved + s.asDiagonal() * g));
     if (!step.allFinite()) return T_fit;
     T = retract(T, scan.centroid(), s.asDiagonal() * step);
     moved += step;
   }
   return T;
+}
+
+Eigen::Isometry3d weighAgainstPrior(const NormalEquations& equations, const ScanBuffer& scan,
+                                    const Eigen::Isometry3d& T_fit, const PosePrior& prior, double sigma,
+                                    double gradient_noise) {
+  const InformationAnalysis info = analyseInformation(equations, scan.radius());
+  Vector6d information;
+  for (int d = 0; d < 6; ++d)
+    information[d] = dataWeight(equations, sigma) * std::max(0.0, info.share[d] - gradient_noise);
+  return settle(scan, T_fit, info.directions, information, prior);
 }
 
 StageResult levenbergMarquardt(const DistanceField& field, const ScanBuffer& scan,

@@ -138,7 +138,7 @@ class Registration::Impl {
   PosePrior defaultPrior(const Eigen::Isometry3d& T) const {
     const double translation = options_.prior_translation_sigma > 0.0
                                    ? options_.prior_translation_sigma
-                                   : 0.5 * std::max(scan_.radius(), scales_.voxel);
+                                   : std::max(0.25 * scan_.range(), scales_.voxel);
     return PosePrior::fromSigmas(T, translation, options_.prior_rotation_sigma);
   }
 
@@ -229,8 +229,34 @@ class Registration::Impl {
       }
       if (moved) verification = examine(best.stage, held_out);
     }
+    settleDegenerate(verification, best.stage);
     describe(best.stage, result);
     accept(best.stage, verification, result);
+  }
+
+  /// What the scan says about a degenerate direction is worth little, or nothing at all.
+  Vector6d measuredInformation(const Verification& verification, const StageResult& stage,
+                               const InformationAnalysis& info) const {
+    Vector6d information = dataWeight(stage.equations, supposedSigma(scales_.last)) * info.share;
+    for (std::size_t d = 0; d < 6; ++d) {
+      const auto row = static_cast<Eigen::Index>(d);
+      if (verification.silent[d]) information[row] = 0.0;
+      if (verification.unnoticed[d])
+        information[row] = std::min(information[row], 1.0 / (unnoticedSigma() * unnoticedSigma()));
+    }
+    return information;
+  }
+
+  /// Of a direction along which the scan would not notice a pose that is off [m].
+  double unnoticedSigma() const { return 0.5 * scales_.probe; }
+
+  /// Along degenerate directions the pose goes back to the prior.
+  void settleDegenerate(const Verification& verification, StageResult& stage) const {
+    if (verification.degenerate_directions == 0) return;
+    const InformationAnalysis info = analyseInformation(stage.equations, scan_.radius());
+    stage.T_map_sensor = settle(scan_, stage.T_map_sensor, info.directions,
+                                measuredInformation(verification, stage, info), prior_);
+    stage.equations = linearize(*field_, scan_, scan_.fitted(), stage.T_map_sensor, model(scales_.last));
   }
 
   Verification examine(const StageResult& stage, const HeldOut& held_out) const {
@@ -289,31 +315,36 @@ class Registration::Impl {
            e.valid < 0.5 * e.points();
   }
 
-  /// On all points but those held out, the kernel narrowed with the spread of the residuals: outliers, as edges
-  /// that the map rounds, then count for less.
+  /// The kernel narrowed with the spread of the residuals on a part of the points, the last stage on all but those
+  /// held out: outliers, as edges that the map rounds, then count for less.
   void refine(StageResult& best) {
-    StageOptions last = stageOptions(scales_.last, scan_.fitted(), options_.max_iterations);
-    last.gradient_noise = gradientNoise(best.equations, scales_.voxel);
-    best = levenbergMarquardt(*field_, scan_, best.T_map_sensor, last);
-    iterations_ += best.iterations;
+    const int part = scan_.prefix(kMiddlePoints);
+    const double noise = gradientNoise(best.equations, scales_.voxel);
     double scale = scales_.last;
-    for (int pass = 0; pass < kSharpenings && best.solvable; ++pass) {
-      const double spread =
-          residualSpread(*field_, scan_, scan_.prefix(kMiddlePoints), best.T_map_sensor, model(scale));
-      const double narrower = std::max({kKernelSigmas * spread, scales_.least, 0.4 * scale});
+    const auto solve = [&](int points, int iterations, double cost_epsilon) {
+      StageOptions stage = stageOptions(scale, points, iterations);
+      stage.gradient_noise = noise;
+      stage.cost_epsilon = std::max(stage.cost_epsilon, cost_epsilon);
+      const StageResult solved = levenbergMarquardt(*field_, scan_, best.T_map_sensor, stage);
+      iterations_ += solved.iterations;
+      if (solved.solvable) best = solved;
+      return solved.solvable;
+    };
+    if (!solve(part, kPartIterations, kMiddleCostEpsilon)) {
+      best.solvable = false;
+      return;
+    }
+    for (int pass = 0; pass < kNarrowings; ++pass) {
+      const double spread = residualSpread(*field_, scan_, part, best.T_map_sensor, model(scale));
+      const double narrower = std::max({kKernelSigmas * spread, scales_.least, kNarrowing * scale});
       if (narrower > 0.8 * scale) break;
       scale = narrower;
-      StageOptions stage = stageOptions(scale, scan_.fitted(), kSharpenIterations);
-      stage.gradient_noise = last.gradient_noise;
-      const StageResult narrow = levenbergMarquardt(*field_, scan_, best.T_map_sensor, stage);
-      iterations_ += narrow.iterations;
-      if (!narrow.solvable) break;
-      best.T_map_sensor = narrow.T_map_sensor;
+      if (!solve(part, kPartIterations, kMiddleCostEpsilon)) break;
     }
+    solve(scan_.fitted(), options_.max_iterations, 0.0);
     // What the scan says about the pose is told with the wide kernel, whatever refined it.
-    if (scale < scales_.last) {
+    if (scale < scales_.last)
       best.equations = linearize(*field_, scan_, scan_.fitted(), best.T_map_sensor, model(scales_.last));
-    }
   }
 
   /// A local minimum shows by its score: descend again from poses around the prior and keep what explains the
@@ -371,19 +402,21 @@ class Registration::Impl {
     result.blocked_ratio = blockedShare(*field_, long_range_.get(), scan_, stage.T_map_sensor, kRays);
     result.degenerate_directions = verification.degenerate_directions;
     result.explained_ratio = verification.explained_ratio;
-    result.least_evidence = verification.least_evidence;
+    result.least_evidence = verification.open_directions > 0
+                                ? std::min(verification.weakest, verification.least_evidence)
+                                : verification.least_evidence;
     result.confidence =
         confidence({verification.explained_ratio, result.blocked_ratio, result.unmappedRatio(),
-                    verification.least_evidence, result.rms_residual / scales_.tolerance});
+                    result.least_evidence});
     if (result.reason != TerminationReason::kConverged && result.reason != TerminationReason::kMaxIterations)
       return;
-    result.covariance = posteriorCovariance(stage);
+    result.covariance = posteriorCovariance(stage, verification);
     if (result.inlier_ratio < options_.min_inlier_ratio) {
       result.reason = TerminationReason::kLowScore;
     } else if (verification.open_directions > 0) {
       result.reason = TerminationReason::kDegenerate;
     } else if (result.confidence < options_.min_confidence) {
-      result.reason = TerminationReason::kLowScore;
+      result.reason = TerminationReason::kUnsure;
     } else {
       result.success = true;
     }
@@ -399,8 +432,20 @@ class Registration::Impl {
     shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());
     return shift * about_centroid * shift.transpose();
   }
-  Matrix6d posteriorCovariance(const StageResult& stage) const {
-    const Matrix6d measured = measuredCovariance(stage);
+  /// With the prior, about the sensor's position.
+  Matrix6d posteriorCovariance(const StageResult& stage, const Verification& verification) const {
+    Matrix6d measured = measuredCovariance(stage);
+    const InformationAnalysis info = analyseInformation(stage.equations, scan_.radius());
+    Matrix6d shift = Matrix6d::Identity();
+    shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());
+    for (std::size_t d = 0; d < 6; ++d) {
+      if (!verification.unnoticed[d] && !verification.silent[d]) continue;
+      Vector6d along = info.directions.col(static_cast<Eigen::Index>(d));
+      along.head<3>() /= std::max(scan_.radius(), 1e-3);
+      along = shift * along;
+      const double sigma = verification.silent[d] ? kUnmeasured : unnoticedSigma();
+      measured += sigma * sigma * along * along.transpose();
+    }
     const Matrix6d posterior = (measured.inverse() + prior_.information).inverse();
     return 0.5 * (posterior + posterior.transpose());
   }
@@ -413,9 +458,10 @@ class Registration::Impl {
   static constexpr int kNearIterations = 5;
   static constexpr int kMiddleIterations = 8;
   static constexpr double kMiddleCostEpsilon = 3e-3;
-  static constexpr int kSharpenings = 2;
-  static constexpr int kSharpenIterations = 10;
-  static constexpr double kKernelSigmas = 3.0;  // kernel scale per spread of the residuals
+  static constexpr int kNarrowings = 4;
+  static constexpr double kNarrowing = 0.4;  // of the kernel in one pass, at the most
+  static constexpr int kPartIterations = 6;
+  static constexpr double kKernelSigmas = 5.0;  // kernel scale per spread of the residuals
   static constexpr int kRestartSteps = 10;
   static constexpr std::size_t kRestartsRefined = 3;
   static constexpr int kRays = 100;

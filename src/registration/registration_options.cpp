@@ -9,7 +9,7 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
           .add("method", &O::method, {"robust", "gauss_newton"},
                "Levenberg-Marquardt with a robust kernel, or plain Gauss-Newton as in the paper")
           .add("prior_translation_sigma", &O::prior_translation_sigma, 0.0, 1000.0, "m",
-               "Standard deviation of a prior whose covariance nobody gives; 0: half the scan's radius")
+               "Standard deviation of a prior whose covariance nobody gives; 0: a quarter of the scan's range")
           .add("prior_rotation_sigma", &O::prior_rotation_sigma, 0.001, 3.2, "rad",
                "The same of its rotation")
           .add("max_iterations", &O::max_iterations, 1, 1000, "",
@@ -28,8 +28,8 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
                "The last stages narrow the kernel with the spread of the residuals, at most to this; 0: a fifth "
                "of a voxel; as kernel_scale_end: never")
           .add("inlier_distance", &O::inlier_distance, 0.0, 10.0, "m",
-               "A point nearer to the surface is an inlier; 0: 2.5 voxels, or a hundredth of the scan's range "
-               "if that is more")
+               "A point nearer to the surface is an inlier; 0: a fiftieth of the scan's range, but 1.25 "
+               "voxels at the least and 5 at the most")
           .add("min_inlier_ratio", &O::min_inlier_ratio, 0.0, 1.0, "",
                "Share of inliers among the points in known space that a successful registration needs")
           .add("min_known_ratio", &O::min_known_ratio, 0.0, 1.0, "",
@@ -67,6 +67,8 @@ const char* name(TerminationReason reason) {
       return "ambiguous";
     case TerminationReason::kLowScore:
       return "low_score";
+    case TerminationReason::kUnsure:
+      return "unsure";
     case TerminationReason::kCancelled:
       return "cancelled";
   }

@@ -3,6 +3,7 @@
 // other ones than a room.
 
 #include <algorithm>
+#include <cmath>
 
 #include "scan_buffer.h"
 #include "ttsdf_localization/registration/registration.h"
@@ -12,6 +13,7 @@ namespace ttsdf {
 struct Scales {
   double voxel = 0.02;
   double tolerance = 0.05;     ///< a point nearer to the surface is an inlier [m]
+  double probe = 0.05;         ///< a pose that is so far off is another one [m]
   double widest = 2.0;         ///< kernel scale of the first descent in the far field [m]
   double far_last = 0.15;      ///< of its last [m]
   double tied_above = 0.3;     ///< above this scale rotations are tied to the start's [m]
@@ -25,10 +27,12 @@ struct Scales {
   Scales() = default;
   Scales(const RegistrationOptions& o, double voxel_size, double far_spacing, const ScanBuffer& scan) {
     voxel = voxel_size;
-    const double radius = std::max(scan.radius(), voxel);
-    // A pixel of a depth camera is good to a hundredth of its range, more or less; a map to a part of a voxel.
-    tolerance = o.inlier_distance > 0.0 ? o.inlier_distance
-                                        : std::max(2.5 * voxel, 0.01 * scan.centroid().norm());
+    const double radius = std::max(scan.radius(), voxel), range = scan.range();
+    // A pixel of a depth camera is good to a hundredth of its range, more or less, and a map to a part of a voxel.
+    tolerance = o.inlier_distance > 0.0
+                    ? o.inlier_distance
+                    : std::min(std::max(0.02 * range, 1.25 * voxel), 5.0 * voxel);
+    probe = std::max(tolerance, 2.5 * voxel);
     last = o.kernel_scale_end > 0.0 ? o.kernel_scale_end : tolerance;
     least = o.kernel_scale_least > 0.0 ? o.kernel_scale_least : 0.2 * voxel;
     near_second = 2.0 * last;

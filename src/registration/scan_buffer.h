@@ -4,6 +4,7 @@
 // copying).
 
 #include <Eigen/Core>
+#include <cmath>
 #include <vector>
 
 namespace ttsdf {
@@ -26,6 +27,8 @@ class ScanBuffer {
   const Eigen::Vector3d& centroid() const { return centroid_; }
   /// Root mean square distance to the centroid [m]: turns radians into metres.
   double radius() const { return radius_; }
+  /// Root mean square distance to the sensor [m].
+  double range() const { return std::hypot(centroid_.norm(), radius_); }
   /// The points to make an estimate from come first; the eighth behind them is for its verification.
   int fitted() const { return size() - size() / 8; }
   /// Size of an even prefix of at least `wanted` points (or all).

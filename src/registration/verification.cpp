@@ -12,8 +12,9 @@ namespace {
 
 constexpr double kProbedBelow = 0.15;   // share of the information; more needs no proof
 constexpr int kMostProbed = 3;          // directions, from the weakest
-constexpr double kNoticed = 2.0;        // standard errors
+constexpr double kNoticed = 0.7;        // standard errors
 constexpr double kBetter = -1.0;        // the same, of a pose that is worth a descent
+constexpr double kCertain = 100.0;      // standard errors
 constexpr double kPinned = 9.0;         // squared Mahalanobis distance that the prior excludes
 constexpr double kFurther = 3.0;        // tolerances of the far probes
 
@@ -24,7 +25,8 @@ Vector6d twistAlong(const Vector6d& direction, const ScanBuffer& scan, const Eig
   xi.head<3>() /= std::max(scan.radius(), least_radius);
   Matrix6d to_sensor = Matrix6d::Identity();
   to_sensor.bottomLeftCorner<3, 3>() = hat(T.linear() * scan.centroid());
-  const double moved = std::max((to_sensor * xi).tail<3>().norm(), xi.tail<3>().norm());
+  const double moved = std::max({(to_sensor * xi).tail<3>().norm(), xi.tail<3>().norm(),
+                                 scan.radius() * xi.head<3>().norm()});
   return xi * (distance / std::max(moved, 1e-9));
 }
 
@@ -99,14 +101,13 @@ Verification verify(const DistanceField& field, const ScanBuffer& scan, const He
   Matrix6d prior_information = Matrix6d::Zero();
   Vector6d unused = Vector6d::Zero();
   prior.add(T, scan.centroid(), prior_information, unused);
-  out.least_evidence = 100.0;
   double lowest = kBetter;
   for (int d = 0; d < 6; ++d) {
     const bool silent = !(info.share[d] >= degenerate_threshold);
     if (!silent && (d >= kMostProbed || info.share[d] > kProbedBelow)) continue;
-    const Vector6d xi = twistAlong(info.directions.col(d), scan, T, scales.tolerance, 1e-3);
+    const Vector6d xi = twistAlong(info.directions.col(d), scan, T, scales.probe, 1e-3);
     const bool pinned = xi.dot(prior_information * xi) > kPinned;
-    double least = silent ? 0.0 : 100.0;
+    double least = kCertain;
     for (const double side : {-1.0, 1.0}) {
       if (silent || pinned) break;
       for (const double far : {1.0, kFurther}) {
@@ -120,18 +121,25 @@ Verification verify(const DistanceField& field, const ScanBuffer& scan, const He
         }
       }
     }
-    const bool noticed = pinned ? !silent : least >= kNoticed;
-    if (!noticed) ++out.degenerate_directions;
-    if (!noticed && !pinned) ++out.open_directions;
-    if (!pinned) out.least_evidence = std::min(out.least_evidence, least);
+    const auto index = static_cast<std::size_t>(d);
+    out.silent[index] = silent;
+    out.unnoticed[index] = !silent && least < kNoticed;
+    if (silent || out.unnoticed[index]) {
+      ++out.degenerate_directions;
+      if (!pinned) ++out.open_directions;
+    } else {
+      out.least_evidence = std::min(out.least_evidence, least);
+    }
+    out.weakest = std::min(out.weakest, silent && !pinned ? 0.0 : least);
   }
   return out;
 }
 
 double confidence(const ConfidenceFeatures& f) {
-  const double evidence = std::log1p(std::max(0.0, std::min(f.least_evidence, 20.0)));
-  const double sum = -2.0 + 8.0 * (f.explained_ratio - 0.5) - 6.0 * f.blocked_ratio - 2.0 * f.unmapped_ratio +
-                     2.0 * evidence - 1.0 * f.rms_share;
+  // Fitted by scripts/fit_confidence.
+  const double sum = -3.44 + 5.30 * std::max(-1.0, std::min(f.least_evidence, 1.5)) -
+                     16.27 * std::max(0.0, 0.92 - f.explained_ratio) -
+                     16.65 * std::min(f.blocked_ratio, 0.2) - 0.52 * std::max(0.0, f.unmapped_ratio - 0.3);
   return 1.0 / (1.0 + std::exp(-sum));
 }
 

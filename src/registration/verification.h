@@ -2,6 +2,7 @@
 // An independent look at an estimate: points that it was not made from, free space along the rays, and whether the
 // scan would notice if the pose were another one.
 
+#include <array>
 #include <vector>
 
 #include "minimizer.h"
@@ -32,10 +33,12 @@ class HeldOut {
 
 struct Verification {
   double explained_ratio = 0.0;  ///< held-out points nearer than the tolerance / those in known space
-  /// Least evidence [standard errors] against a pose that is the tolerance off, along the directions that the
-  /// prior leaves open.
-  double least_evidence = 0.0;
+  /// Least evidence [standard errors] against a pose that is off, along the directions that are not degenerate.
+  double least_evidence = 100.0;
+  double weakest = 100.0;  ///< the same of all directions that the prior leaves open
   int degenerate_directions = 0;
+  std::array<bool, 6> silent{};     ///< per direction of the information: none
+  std::array<bool, 6> unnoticed{};  ///< the scan would not notice a pose that is off that way
   int open_directions = 0;  ///< degenerate, and the prior does not fix them to the tolerance either
   /// Poses along weak directions that explain the scan better.
   std::vector<Eigen::Isometry3d> better;
@@ -48,7 +51,7 @@ Verification verify(const DistanceField& field, const ScanBuffer& scan, const He
 
 /// What confidence is made of.
 struct ConfidenceFeatures {
-  double explained_ratio, blocked_ratio, unmapped_ratio, least_evidence, rms_share;
+  double explained_ratio, blocked_ratio, unmapped_ratio, least_evidence;
 };
 /// Chance that a pose with these features is right [0, 1].
 double confidence(const ConfidenceFeatures& features);

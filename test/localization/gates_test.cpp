@@ -14,6 +14,8 @@ RegistrationResult goodResult() {
   result.points = 4000;
   result.inlier_ratio = 0.9;
   result.rms_residual = 0.01;
+  result.inlier_distance = 0.05;
+  result.confidence = 0.9;
   return result;
 }
 
@@ -55,7 +57,10 @@ TEST(Gates, RefuseEachBadFigure) {
   result.unknown_ratio = 0.4;
   EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kOutsideMap);
   result = goodResult();
-  result.weak_directions = 4;
+  result.confidence = 0.05;
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kLowScore);
+  result = goodResult();
+  result.degenerate_directions = 4;
   EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kDegenerate);
   EXPECT_EQ(checkJump({0.6, 0.0}, {}).reason, RefusalReason::kJump);
   EXPECT_EQ(checkJump({0.0, 0.6}, {}).reason, RefusalReason::kJump);

@@ -22,7 +22,8 @@ enum class TerminationReason : std::uint8_t {
   kOutsideMap,    ///< nearly every point outside the map or in unknown space
   kDegenerate,    ///< the system could not be solved
   kAmbiguous,     ///< global: two places look alike
-  kLowScore,      ///< search, global: no start explained the scan
+  kLowScore,      ///< no pose found explains the scan
+  kUnsure,        ///< the pose found did not stand up to its verification: confidence below min_confidence
   kCancelled,
 };
 
@@ -31,7 +32,7 @@ const char* name(TerminationReason reason);  ///< "converged", "max_iterations",
 /// Lengths of 0 follow from the map's voxel size and the scan.
 struct RegistrationOptions {
   std::string method = "robust";  ///< "robust" (Levenberg-Marquardt) or "gauss_newton" (as in the paper)
-  /// Of a prior whose covariance nobody gives [m]; 0: half the scan's radius. Not used by gauss_newton.
+  /// Of a prior whose covariance nobody gives [m]; 0: a quarter of the scan's range. Not used by gauss_newton.
   double prior_translation_sigma = 0.0;
   double prior_rotation_sigma = 0.25;  ///< [rad]
   int max_iterations = 60;
@@ -45,7 +46,7 @@ struct RegistrationOptions {
   double min_inlier_ratio = 0.4;      ///< of the points in known space; fewer is no success
   double min_known_ratio = 0.2;       ///< share of points in known space that is needed
   double min_confidence = 0.5;        ///< a verification that is less confident is no success
-  double degenerate_threshold = 0.003;  ///< directions with less information are reported as degenerate
+  double degenerate_threshold = 0.0003; ///< directions with less information are reported as degenerate
   bool check_facing = true;  ///< points behind a mapped surface, as the scan sees it, carry no information
   bool long_range = true;    ///< pull scans in by a coarse distance field made from the map when it is loaded
   int restarts = 32;  ///< further starts around the prior when the first ones explain the scan badly ...
