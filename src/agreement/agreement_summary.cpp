@@ -24,11 +24,12 @@ FrameAgreement withSizes(const Sizes& logs) {
 Matrix6d expected(const FrameAgreement& agreement, const FrameDifference& difference) {
   Matrix6d to_sensor = Matrix6d::Identity();
   to_sensor.bottomLeftCorner<3, 3>() = hat(difference.centroid);
-  return difference.covariance + to_sensor * mapCovariance(agreement, difference.centroid) * to_sensor.transpose();
+  return difference.covariance +
+         to_sensor * mapCovariance(agreement, difference.centroid) * to_sensor.transpose();
 }
 
-/// Minus the logarithm of how likely the differences are, but for a constant: Student's distribution, whose long
-/// tails leave a few frames without say.
+/// Minus the logarithm of how likely the differences are, but for a constant: Student's distribution, whose
+/// long tails leave a few frames without say.
 double unlikelihood(const Sizes& logs, const std::vector<FrameDifference>& compared) {
   constexpr double kFreedom = 4.0;
   const FrameAgreement agreement = withSizes(logs);
@@ -48,7 +49,8 @@ double unlikelihood(const Sizes& logs, const std::vector<FrameDifference>& compa
 /// Best of a grid that narrows: three parameters, no derivatives, the same answer everywhere.
 Sizes mostLikely(const std::vector<FrameDifference>& compared) {
   Sizes best = {{std::log(0.01), std::log(0.005), std::log(0.003)}};
-  const Sizes least = {{std::log(1e-4), std::log(5e-5), std::log(5e-5)}}, most = {{std::log(0.5), std::log(0.5), std::log(0.5)}};
+  const Sizes least = {{std::log(1e-4), std::log(5e-5), std::log(5e-5)}},
+              most = {{std::log(0.5), std::log(0.5), std::log(0.5)}};
   double lowest = unlikelihood(best, compared);
   for (double step = 1.0; step > 0.03;) {
     bool better = false;
@@ -107,7 +109,8 @@ FrameAgreement summarize(const std::vector<FrameDifference>& differences) {
     for (double& log : logs) log += kWider;
   }
   const FrameAgreement sizes = withSizes(logs);
-  agreement.shift = sizes.shift, agreement.turn_sensor = sizes.turn_sensor, agreement.turn_scene = sizes.turn_scene;
+  agreement.shift = sizes.shift, agreement.turn_sensor = sizes.turn_sensor,
+  agreement.turn_scene = sizes.turn_scene;
   return agreement;
 }
 

@@ -12,11 +12,11 @@ namespace ttsdf {
 
 namespace {
 
-constexpr int kPoints = 1500;  // of a frame kept for comparison
+constexpr int kPoints = 1500;           // of a frame kept for comparison
 constexpr std::size_t kMostKept = 120;  // frames; more, and every third of them stays
 /// Frames from nearly the same place share what their poses have wrong, so they go into the same volume.
 constexpr double kSamePlace = 0.03, kSameDirection = 0.03;  // [m, rad]
-/// Half the images' resolution and twice the map's voxels: a quarter of the cost of fusing them for the map.
+/// Of the map's voxels: an eighth of the samples.
 constexpr double kVoxels = 2.0;
 constexpr double kBandVoxels = 3.0;
 
@@ -25,23 +25,6 @@ FusionOptions coarse(FusionOptions fusion) {
   fusion.truncation = std::max(fusion.truncation, kBandVoxels * fusion.voxel_size);
   fusion.carve = false;
   return fusion;
-}
-
-/// Every second pixel in both directions.
-DepthImage halved(const DepthImage& image) {
-  DepthImage half;
-  half.width = (image.width + 1) / 2, half.height = (image.height + 1) / 2;
-  half.depth.reserve(static_cast<std::size_t>(half.width) * static_cast<std::size_t>(half.height));
-  for (int v = 0; v < image.height; v += 2) {
-    for (int u = 0; u < image.width; u += 2) half.depth.push_back(image.at(u, v));
-  }
-  return half;
-}
-
-CameraIntrinsics halved(CameraIntrinsics k) {
-  k.width = (k.width + 1) / 2, k.height = (k.height + 1) / 2;
-  k.fx /= 2.0, k.fy /= 2.0, k.cx /= 2.0, k.cy /= 2.0;
-  return k;
 }
 
 /// At most kPoints of those in range, evenly.
@@ -110,7 +93,8 @@ FrameDifference compareFrame(const TsdfVolume& others, const Eigen::Matrix3Xf& p
 }
 
 struct FrameComparison::Parts {
-  explicit Parts(const FusionOptions& options) : fusion(options), volumes{{TsdfVolume(coarse(options)), TsdfVolume(coarse(options))}} {}
+  explicit Parts(const FusionOptions& options)
+      : fusion(options), volumes{{TsdfVolume(coarse(options)), TsdfVolume(coarse(options))}} {}
 
   /// The volume of the next frame.
   int choose(const Eigen::Isometry3d& T_map_sensor) {
@@ -128,8 +112,9 @@ struct FrameComparison::Parts {
     kept.push_back({frames, part, thinned(points, fusion), T_map_sensor});
     if (kept.size() <= kMostKept) return;
     stride *= 3;  // an odd factor: frames of both volumes stay
-    kept.erase(std::remove_if(kept.begin(), kept.end(), [this](const Kept& k) { return k.frame % stride != 0; }),
-               kept.end());
+    kept.erase(
+        std::remove_if(kept.begin(), kept.end(), [this](const Kept& k) { return k.frame % stride != 0; }),
+        kept.end());
   }
 
   FusionOptions fusion;
@@ -150,7 +135,7 @@ void FrameComparison::add(const DepthImage& image, const CameraIntrinsics& intri
   checkFits(image, intrinsics);
   Parts& p = *parts_;
   auto& volume = p.volumes[static_cast<std::size_t>(p.choose(T_map_camera))];
-  volume.integrate(halved(image), halved(intrinsics), T_map_camera);
+  volume.integrate(image, intrinsics, T_map_camera);
   if (p.wanted()) {
     constexpr int kStride = 8;
     p.keep(toPoints(image, intrinsics, kStride, p.fusion.min_depth, p.fusion.max_depth), T_map_camera);

@@ -14,7 +14,8 @@ namespace {
 bool corners(const openvdb::FloatGrid::ConstAccessor& tsdf, const openvdb::Coord& cell,
              std::array<float, 8>& values) {
   for (int n = 0; n < 8; ++n) {
-    if (!tsdf.probeValue(cell.offsetBy(n & 1, n >> 1 & 1, n >> 2), values[static_cast<std::size_t>(n)])) return false;
+    if (!tsdf.probeValue(cell.offsetBy(n & 1, n >> 1 & 1, n >> 2), values[static_cast<std::size_t>(n)]))
+      return false;
   }
   return true;
 }
@@ -58,7 +59,8 @@ void VolumeField::evaluate(const PointSpan& points, const SampleSpan& samples) c
     samples.state[n] = PointState::kOutside;
     if (!p.allFinite() || !geometry_.containsIndex(geometry_.toIndex(p))) continue;
     const Eigen::Vector3d index = p / geometry_.voxel_size, floor = index.array().floor();
-    const openvdb::Coord cell(static_cast<int>(floor.x()), static_cast<int>(floor.y()), static_cast<int>(floor.z()));
+    const openvdb::Coord cell(static_cast<int>(floor.x()), static_cast<int>(floor.y()),
+                              static_cast<int>(floor.z()));
     std::array<float, 8> values{};
     samples.state[n] = PointState::kUnknown;
     if (!corners(tsdf, cell, values)) continue;

@@ -1,5 +1,6 @@
 #pragma once
-// A fused volume as registration asks it: trilinear in the band, unknown elsewhere. No copy of the volume is made.
+// A fused volume as registration asks it: trilinear in the band, unknown elsewhere. No copy of the volume is
+// made.
 
 #include "ttsdf_localization/field/distance_field.h"
 #include "ttsdf_localization/fusion/tsdf_volume.h"

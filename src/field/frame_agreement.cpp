@@ -14,8 +14,8 @@ void check(const FrameAgreement& a) {
   for (const int count : {a.compared, a.contradicting, a.without_overlap}) {
     if (count < 0) refuse("a number of frames of", count);
   }
-  for (const double size : {a.position_median, a.position_90, a.rotation_median, a.rotation_90, a.shift, a.turn_sensor,
-                            a.turn_scene}) {
+  for (const double size : {a.position_median, a.position_90, a.rotation_median, a.rotation_90, a.shift,
+                            a.turn_sensor, a.turn_scene}) {
     if (!(std::isfinite(size) && size >= 0.0)) refuse("a size of", size);
   }
 }

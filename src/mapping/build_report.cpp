@@ -12,8 +12,10 @@ void writeAgreement(std::ostream& out, const FrameAgreement& a) {
   if (!a.known()) {
     out << "\"frame_agreement_m\": null,\n  \"frame_agreement_rad\": null";
   } else {
-    out << "\"frame_agreement_m\": " << a.position_median << ",\n  \"frame_agreement_rad\": " << a.rotation_median
-        << ",\n  \"frame_agreement_90_m\": " << a.position_90 << ",\n  \"frame_agreement_90_rad\": " << a.rotation_90;
+    out << "\"frame_agreement_m\": " << a.position_median
+        << ",\n  \"frame_agreement_rad\": " << a.rotation_median
+        << ",\n  \"frame_agreement_90_m\": " << a.position_90
+        << ",\n  \"frame_agreement_90_rad\": " << a.rotation_90;
   }
   out << ",\n  \"frames_compared\": " << a.compared << ",\n  \"frames_contradicting\": " << a.contradicting
       << ",\n  \"frames_without_overlap\": " << a.without_overlap;

@@ -11,8 +11,7 @@ const OptionTable<PoseNoiseOptions>& poseNoiseOptionTable() {
           .add("pose_noise", &O::pose_noise, 0.0, 10.0, "m",
                "Rms error of the frames' recorded positions; the exact poses then go beside them "
                "(frame-NNNNNN.truth.txt).")
-          .add("pose_angle_noise", &O::pose_angle_noise, 0.0, 1.0, "rad",
-               "Rms error of their orientations.")
+          .add("pose_angle_noise", &O::pose_angle_noise, 0.0, 1.0, "rad", "Rms error of their orientations.")
           .add("pose_noise_correlation", &O::pose_noise_correlation, 0.0, 1e6, "frames",
                "Frames after which 1/e of a pose's error is left; 0: independent from frame to frame.")
           .add("pose_noise_seed", &O::pose_noise_seed, 0, 1000000000, "", "Seed of the poses' errors.");

@@ -146,9 +146,9 @@ Json::Value differences(const Source& source) {
     entry["overlap"] = d.overlap;
     if (d.outcome == ttsdf::FrameDifference::Outcome::kCompared) {
       entry["position_m"] = d.translation(), entry["rotation_rad"] = d.rotation();
-    for (int k=0;k<6;++k) entry["step"].append(d.step[k]);
-    for (int k=0;k<36;++k) entry["cov"].append(d.covariance(k/6,k%6));
-    for (int k=0;k<3;++k) entry["centroid"].append(d.centroid[k]);
+      for (int k = 0; k < 6; ++k) entry["step"].append(d.step[k]);
+      for (int k = 0; k < 36; ++k) entry["cov"].append(d.covariance(k / 6, k % 6));
+      for (int k = 0; k < 3; ++k) entry["centroid"].append(d.centroid[k]);
     }
     list.append(entry);
   }
@@ -176,8 +176,8 @@ void printSummary(const ttsdf::BuiltMap& built) {
       built.report.encoding.c_str(), built.bytes.size(), 1e3 * built.report.surface_rms);
   const auto& agreement = built.map.agreement;
   if (agreement.known()) {
-    std::printf("its frames agree to %.1f mm and %.1f mrad (median of %d compared)\n", 1e3 * agreement.position_median,
-                1e3 * agreement.rotation_median, agreement.compared);
+    std::printf("its frames agree to %.1f mm and %.1f mrad (median of %d compared)\n",
+                1e3 * agreement.position_median, 1e3 * agreement.rotation_median, agreement.compared);
   }
 }
 

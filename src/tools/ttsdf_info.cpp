@@ -120,8 +120,8 @@ void printPlain(const Json::Value& root, const std::string& indent = "") {
 std::string agreementSentence(const ttsdf::FrameAgreement& agreement) {
   if (!agreement.known()) return "how far the frames of this map agree is unknown";
   std::ostringstream text;
-  text << std::fixed << std::setprecision(1) << "the frames of this map agree to " << 1e3 * agreement.position_median
-       << " mm / " << 1e3 * agreement.rotation_median << " mrad";
+  text << std::fixed << std::setprecision(1) << "the frames of this map agree to "
+       << 1e3 * agreement.position_median << " mm / " << 1e3 * agreement.rotation_median << " mrad";
   return text.str();
 }
 

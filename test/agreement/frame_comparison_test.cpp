@@ -18,8 +18,11 @@ using testing::render;
 using testing::Scene;
 
 Scene room() {
-  return Scene().room({0, 0, 0}, {4, 3, 2.5}).box({1.2, 0.4, 0}, {2.0, 1.0, 0.8}).sphere({3.0, 2.2, 0.6}, 0.4).box(
-      {0.3, 2.2, 0.0}, {0.8, 2.7, 1.6});
+  return Scene()
+      .room({0, 0, 0}, {4, 3, 2.5})
+      .box({1.2, 0.4, 0}, {2.0, 1.0, 0.8})
+      .sphere({3.0, 2.2, 0.6}, 0.4)
+      .box({0.3, 2.2, 0.0}, {0.8, 2.7, 1.6});
 }
 
 /// The camera turns round in the room and sways.
@@ -79,7 +82,8 @@ TEST(FrameComparison, TheCovarianceOfTheSummaryHoldsForTheDifferences) {
     ++compared;
     Matrix6d to_sensor = Matrix6d::Identity();
     to_sensor.bottomLeftCorner<3, 3>() = hat(d.centroid);
-    const Matrix6d total = d.covariance + to_sensor * mapCovariance(agreement, d.centroid) * to_sensor.transpose();
+    const Matrix6d total =
+        d.covariance + to_sensor * mapCovariance(agreement, d.centroid) * to_sensor.transpose();
     squares.push_back(d.step.dot(total.ldlt().solve(d.step)));
     below += squares.back() < 16.8 ? 1 : 0;
   }
@@ -112,7 +116,10 @@ TEST(FrameComparison, SaysWhichFramesSawNothingInCommon) {
   // Two halves of one room that never meet: seen from the middle, one wall per frame.
   FrameComparison comparison({});
   const CameraIntrinsics k = camera(160, 120);
-  const Scene scene = Scene().room({-10, -10, -10}, {10, 10, 10}).box({1, -1, -1}, {1.5, 1, 1}).box({-1.5, -1, -1}, {-1, 1, 1});
+  const Scene scene = Scene()
+                          .room({-10, -10, -10}, {10, 10, 10})
+                          .box({1, -1, -1}, {1.5, 1, 1})
+                          .box({-1.5, -1, -1}, {-1, 1, 1});
   for (const double side : {1.0, -1.0}) {
     const Eigen::Isometry3d pose = lookAt({0, 0, 0}, {side, 0.1, 0.1});
     comparison.add(render(scene, k, pose), k, pose);

@@ -20,8 +20,8 @@ const fs::path kRoot = TTSDF_SOURCE_DIR;
 
 /// What each folder may include of the other folders.
 const Names kCore = {"options", "geometry", "tensor", "field", "map"};
-const Names kWings = {"build_steps",  "frames", "fusion",  "surface",
-                      "signed_field", "mesh",   "mapping", "compression", "agreement"};
+const Names kWings = {"build_steps", "frames",  "fusion",      "surface",  "signed_field",
+                      "mesh",        "mapping", "compression", "agreement"};
 
 Names operator+(Names a, const Names& b) {
   a.insert(b.begin(), b.end());

@@ -54,9 +54,9 @@ class MapFormatPage : public ::testing::Test {
         << map.clamp_negative << "\nclamp_positive " << map.clamp_positive << "\nframe_id " << map.frame_id
         << "\ncell_voxels " << map.mask.cellVoxels() << '\n';
     const FrameAgreement& a = map.agreement;
-    out << "agreement " << a.compared << ' ' << a.contradicting << ' ' << a.without_overlap << ' ' << a.position_median
-        << ' ' << a.position_90 << ' ' << a.rotation_median << ' ' << a.rotation_90 << ' ' << a.shift << ' '
-        << a.turn_sensor << ' ' << a.turn_scene << '\n';
+    out << "agreement " << a.compared << ' ' << a.contradicting << ' ' << a.without_overlap << ' '
+        << a.position_median << ' ' << a.position_90 << ' ' << a.rotation_median << ' ' << a.rotation_90
+        << ' ' << a.shift << ' ' << a.turn_sensor << ' ' << a.turn_scene << '\n';
     for (const auto& [key, value] : map.metadata) out << "metadata " << key << '=' << value << '\n';
     std::mt19937 random(5);
     for (int n = 0; n < 300; ++n) {

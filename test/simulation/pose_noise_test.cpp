@@ -17,7 +17,8 @@ std::vector<Vector6d> errors(const PoseNoiseOptions& options, int count) {
   for (int n = 0; n < count; ++n) {
     const Eigen::Isometry3d recorded = noise.perturb(truth);
     Vector6d error;
-    error << logSo3(truth.linear().transpose() * recorded.linear()), recorded.translation() - truth.translation();
+    error << logSo3(truth.linear().transpose() * recorded.linear()),
+        recorded.translation() - truth.translation();
     result.push_back(error);
   }
   return result;

@@ -1,9 +1,9 @@
 #pragma once
-// Do the frames of a map agree with each other? Frames go into two coarse volumes by turns, and some of them are
-// registered against the volume that does not contain them: how far the answer lies from the pose they came with is
-// how far a map made of them contradicts a frame that is not in it.
+// Do the frames of a map agree with each other? Frames go into two coarse volumes by turns, and some of them
+// are registered against the volume that does not contain them: how far the answer lies from the pose they
+// came with is how far a map made of them contradicts a frame that is not in it.
 //
-// Cost: one fusion at twice the voxel size and half the resolution per frame, and 5 to 20 ms for each frame compared.
+// Cost: one fusion at twice the voxel size per frame, and 5 to 20 ms for each frame compared.
 // Memory: the two volumes, and about 18 kB for each frame kept for comparison.
 
 #include <cstddef>
@@ -21,14 +21,15 @@ namespace ttsdf {
 /// What one frame says about its recorded pose.
 struct FrameDifference {
   enum class Outcome {
-    kCompared,      ///< `step` is how far the pose is off
-    kNoOverlap,     ///< too few of its points lie where the other frames saw a surface
-    kContradicts,   ///< it overlaps, but fits nowhere near its pose: off by more than the band is wide, or distorted
+    kCompared,     ///< `step` is how far the pose is off
+    kNoOverlap,    ///< too few of its points lie where the other frames saw a surface
+    kContradicts,  ///< it overlaps, but fits nowhere near its pose: off by more than the band is wide, or
+                   ///< distorted
   };
   std::size_t frame = 0;  ///< in the order they were added
   Outcome outcome = Outcome::kNoOverlap;
-  /// From the recorded pose to the registered one: [rotation; translation] about the sensor's position, in the
-  /// sensor's axes [rad, m].
+  /// From the recorded pose to the registered one: [rotation; translation] about the sensor's position, in
+  /// the sensor's axes [rad, m].
   Vector6d step = Vector6d::Zero();
   /// What the registration alone cannot tell: covariance of the step as the scan says it.
   Matrix6d covariance = Matrix6d::Zero();
@@ -52,7 +53,8 @@ class FrameComparison {
   FrameComparison& operator=(FrameComparison&&) noexcept;
 
   /// As TsdfVolume::integrate; throw what it throws.
-  void add(const DepthImage& image, const CameraIntrinsics& intrinsics, const Eigen::Isometry3d& T_map_camera);
+  void add(const DepthImage& image, const CameraIntrinsics& intrinsics,
+           const Eigen::Isometry3d& T_map_camera);
   void add(const Eigen::Matrix3Xf& points, const Eigen::Isometry3d& T_map_sensor);
 
   std::size_t frameCount() const;
@@ -64,9 +66,9 @@ class FrameComparison {
   std::unique_ptr<Parts> parts_;
 };
 
-/// What is kept of them in the map. Sizes are chosen so that the differences are as likely as they can be, given
-/// what each registration could not tell, with rare large ones expected; then so that no more of them than chance
-/// lie far out.
+/// What is kept of them in the map. Sizes are chosen so that the differences are as likely as they can be,
+/// given what each registration could not tell, with rare large ones expected; then so that no more of them
+/// than chance lie far out.
 FrameAgreement summarize(const std::vector<FrameDifference>& differences);
 
 }  // namespace ttsdf

@@ -62,7 +62,8 @@ class DistanceField {
 
   FieldSamples evaluate(const Eigen::Matrix3Xf& points_map) const;
 
-  /// What is known about the errors of the map itself; default: nothing. To be set before the field is shared.
+  /// What is known about the errors of the map itself; default: nothing. To be set before the field is
+  /// shared.
   const FrameAgreement& agreement() const { return agreement_; }
   void setAgreement(const FrameAgreement& agreement) { agreement_ = agreement; }
 

@@ -1,5 +1,6 @@
 #pragma once
-// How far the frames that a map was made of agree with each other, and what that means for a pose found in it.
+// How far the frames that a map was made of agree with each other, and what that means for a pose found in
+// it.
 
 #include "ttsdf_localization/geometry/se3.h"
 
@@ -7,8 +8,8 @@ namespace ttsdf {
 
 /// Measured while the map is built: frames registered against a volume without them (agreement/).
 struct FrameAgreement {
-  int compared = 0;     ///< frames that were compared; 0: unknown, as of a map made from a mesh
-  int contradicting = 0;  ///< of those overlapping, further off than the comparison reaches, or distorted
+  int compared = 0;         ///< frames that were compared; 0: unknown, as of a map made from a mesh
+  int contradicting = 0;    ///< of those overlapping, further off than the comparison reaches, or distorted
   int without_overlap = 0;  ///< frames that saw nothing the others saw
   /// Distance between recorded and registered pose of half and of nine tenths of them.
   double position_median = 0.0, position_90 = 0.0;  ///< [m]

@@ -31,7 +31,7 @@ struct TtSdfMap {
   double clamp_negative = 0.0;
   double clamp_positive = 0.0;
   std::string frame_id = "map";
-  FrameAgreement agreement;  ///< of the frames it was made of, if that was measured
+  FrameAgreement agreement;                     ///< of the frames it was made of, if that was measured
   std::map<std::string, std::string> metadata;  ///< build report and whatever the builder wants to tell
 };
 

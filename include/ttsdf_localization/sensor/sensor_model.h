@@ -1,6 +1,6 @@
 #pragma once
-// How far the readings of a range sensor can be trusted. One model weighs the fusion of maps and the registration of
-// scans; the simulation makes its noise from the same one.
+// How far the readings of a range sensor can be trusted. One model weighs the fusion of maps and the
+// registration of scans; the simulation makes its noise from the same one.
 
 #include <string>
 #include <vector>
@@ -25,16 +25,17 @@ struct SensorModel {
   }
 };
 
-/// kinect | realsense_d435 | orbbec | time_of_flight | lidar | exact. Throws std::invalid_argument for another name.
+/// kinect | realsense_d435 | orbbec | time_of_flight | lidar | exact. Throws std::invalid_argument for
+/// another name.
 ///
 /// | name | noise [mm] at 1 / 3 m | after |
 /// |---|---|---|
 /// | kinect | 1.9 / 13 | structured light, first Kinect and its kin: Khoshelham and Elberink 2012 |
-/// | realsense_d435 | 3.5 / 24 | active stereo, 50 mm baseline: 0.08 pixel of disparity, Intel's tuning guide |
-/// | orbbec | 3.0 / 19 | structured light and stereo of Astra and Gemini: 3 mm at 1 m, the maker's data sheets |
-/// | time_of_flight | 4.5 / 7.5 | Azure Kinect, Kinect v2: data sheet and Tölgyessy et al. 2021; flying pixels at edges |
-/// | lidar | 15 / 15 | spinning and solid state lidars: 1 to 3 cm, grows hardly with range |
-/// | exact | 0 / 0 | simulated scans, CAD models; every reading counts the same |
+/// | realsense_d435 | 3.5 / 24 | active stereo, 50 mm baseline: 0.08 pixel of disparity, Intel's tuning guide
+/// | | orbbec | 3.0 / 19 | structured light and stereo of Astra and Gemini: 3 mm at 1 m, the maker's data
+/// sheets | | time_of_flight | 4.5 / 7.5 | Azure Kinect, Kinect v2: data sheet and Tölgyessy et al. 2021;
+/// flying pixels at edges | | lidar | 15 / 15 | spinning and solid state lidars: 1 to 3 cm, grows hardly with
+/// range | | exact | 0 / 0 | simulated scans, CAD models; every reading counts the same |
 SensorModel sensorModel(const std::string& name);
 const std::vector<std::string>& sensorNames();
 

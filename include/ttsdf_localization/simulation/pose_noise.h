@@ -1,5 +1,6 @@
 #pragma once
-// Poses as a mapping system hands them out: each off by a centimetre or two, and neighbours in time by much the same.
+// Poses as a mapping system hands them out: each off by a centimetre or two, and neighbours in time by much
+// the same.
 
 #include <Eigen/Geometry>
 #include <random>

@@ -135,7 +135,8 @@ FrameAgreement readAgreement(ByteReader& in) {
   for (int* count : {&a.compared, &a.contradicting, &a.without_overlap}) {
     const std::uint32_t frames = in.u32();
     if (frames > kMostFrames) {
-      refuse(in.what() + ": number of frames", std::to_string(frames), "at most " + std::to_string(kMostFrames));
+      refuse(in.what() + ": number of frames", std::to_string(frames),
+             "at most " + std::to_string(kMostFrames));
     }
     *count = static_cast<int>(frames);
   }
