@@ -26,6 +26,7 @@ ttsdf_library(ttsdf_core
     src/tensor/tensor_train.cpp
     src/tensor/gemm.cpp
     src/field/support_mask.cpp
+    src/field/frame_agreement.cpp
     src/field/grid_geometry.cpp
     src/field/distance_field.cpp
     src/field/grid_field.cpp

@@ -7,6 +7,7 @@ ttsdf_unit_test(tensor/tensor_train_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(tensor/differentiate_test.cpp LIBS ttsdf_compression)
 ttsdf_unit_test(tensor/round_test.cpp LIBS ttsdf_compression)
 
+ttsdf_unit_test(field/frame_agreement_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(field/grid_geometry_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(field/support_mask_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(field/block_cache_test.cpp LIBS ttsdf_core)

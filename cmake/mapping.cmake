@@ -57,6 +57,10 @@ ttsdf_library(ttsdf_mapping
     src/build_steps/build_options.cpp
     src/mapping/build_report.cpp
     src/mapping/field_slabs.cpp
+    # do frames agree with each other
+    src/agreement/volume_field.cpp
+    src/agreement/frame_comparison.cpp
+    src/agreement/agreement_summary.cpp
     src/mapping/compression.cpp
   PUBLIC ttsdf_core ttsdf_compression
   PRIVATE OpenVDB::openvdb ${TTSDF_TBB_LIBRARY} ${TTSDF_ASSIMP_LIBRARY} ${VIGRAIMPEX_LIBRARY}
@@ -82,6 +86,9 @@ ttsdf_unit_test(signed_field/sampled_field_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(signed_field/field_bricks_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(signed_field/sampled_tiles_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(mesh/mesh_sampling_test.cpp LIBS ttsdf_mapping)
+
+# agreement
+ttsdf_unit_test(agreement/frame_comparison_test.cpp LIBS ttsdf_mapping)
 
 # all of it
 ttsdf_unit_test(mapping/compression_test.cpp LIBS ttsdf_mapping)

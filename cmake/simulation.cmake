@@ -10,6 +10,7 @@ ttsdf_library(ttsdf_simulation
     src/simulation/building.cpp
     src/simulation/worlds.cpp
     src/simulation/depth_noise.cpp
+    src/simulation/pose_noise.cpp
     src/simulation/depth_renderer.cpp
     src/simulation/depth_camera.cpp
     src/simulation/mesh_renderer.cpp
@@ -30,4 +31,5 @@ ttsdf_unit_test(simulation/depth_camera_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/mesh_renderer_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/trajectory_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/drifting_odometry_test.cpp LIBS ttsdf_simulation)
+ttsdf_unit_test(simulation/pose_noise_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/simulated_rig_test.cpp LIBS ttsdf_simulation)

@@ -55,6 +55,10 @@ std::vector<std::uint8_t> serialize(const TtSdfMap& map, const EncodeOptions& op
     sections.push_back(
         makeSection(kMetadataSection, 0, [&](ByteWriter& out) { writeMetadata(map.metadata, out); }));
   }
+  if (map.agreement.known()) {
+    sections.push_back(
+        makeSection(kAgreementSection, 0, [&](ByteWriter& out) { writeAgreement(map.agreement, out); }));
+  }
   sections.push_back({kCoreSection, kRequiredFlag, {}});
   const CoreBudget budget{0.1 * map.geometry.voxel_size, writeContainer(sections).size()};
   sections.back() = makeSection(kCoreSection, kRequiredFlag,
@@ -83,6 +87,10 @@ TtSdfMap deserialize(const std::uint8_t* data, std::size_t size) {
     if (container.has(kMetadataSection)) {
       ByteReader metadata = container.section(kMetadataSection);
       map.metadata = readMetadata(metadata);
+    }
+    if (container.has(kAgreementSection)) {
+      ByteReader agreement = container.section(kAgreementSection);
+      map.agreement = readAgreement(agreement);
     }
     ByteReader cores = container.section(kCoreSection);
     map.train = readCores(cores, map.geometry.dims);

@@ -2,11 +2,13 @@
 
 #include <json/json.h>
 
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
 
+#include "ttsdf_localization/agreement/frame_comparison.h"
 #include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/mapping/map_builder.h"
 #include "ttsdf_localization/mesh/mesh_sampling.h"
@@ -27,7 +29,10 @@ struct Arguments {
 struct Source {
   std::size_t frames = 0;
   std::vector<std::string> skipped;
-  double seconds = 0.0;
+  std::vector<int> indices;  // of the frames used
+  std::vector<ttsdf::FrameDifference> differences;
+  ttsdf::FrameAgreement agreement;
+  double seconds = 0.0, comparing = 0.0;
 };
 
 void declare(ttsdf::CommandLine& line, Arguments& a) {
@@ -75,16 +80,26 @@ void check(const Arguments& a) {
   }
 }
 
+double secondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 ttsdf::TsdfVolume fuseFrames(const Arguments& a, ttsdf::Progress& progress, Source& source) {
   const ttsdf::FrameFolder folder(a.frames, a.depth_scale);
   const auto selected = folder.select(a.every, a.offset);
   ttsdf::TsdfVolume volume(a.fusion);
+  ttsdf::FrameComparison comparison(a.fusion);
   for (std::size_t n = 0; n < selected.size(); ++n) {
     progress.update("fusing frames", static_cast<double>(n) / static_cast<double>(selected.size()));
     try {
       const auto T_map_camera = folder.pose(selected[n]);
-      volume.integrate(folder.depth(selected[n]), folder.intrinsics(), T_map_camera);
+      const auto image = folder.depth(selected[n]);
+      volume.integrate(image, folder.intrinsics(), T_map_camera);
       ++source.frames;
+      source.indices.push_back(selected[n].index);
+      const auto start = std::chrono::steady_clock::now();
+      comparison.add(image, folder.intrinsics(), T_map_camera);
+      source.comparing += secondsSince(start);
     } catch (const std::exception& error) {
       progress.note(std::string("ttsdf_build: warning: frame skipped: ") + error.what());
       source.skipped.emplace_back(error.what());
@@ -95,11 +110,12 @@ ttsdf::TsdfVolume fuseFrames(const Arguments& a, ttsdf::Progress& progress, Sour
                              std::to_string(a.every) + " == " + std::to_string(a.offset) + " (" +
                              std::to_string(source.skipped.size()) + " skipped), wanted at least one");
   }
+  progress.update("comparing frames", 0.0);
+  const auto start = std::chrono::steady_clock::now();
+  source.differences = comparison.compare();
+  source.agreement = ttsdf::summarize(source.differences);
+  source.comparing += secondsSince(start);
   return volume;
-}
-
-double secondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 ttsdf::BuiltMap buildFromVolume(const Arguments& a, ttsdf::Progress& progress, Source& source,
@@ -107,9 +123,9 @@ ttsdf::BuiltMap buildFromVolume(const Arguments& a, ttsdf::Progress& progress, S
   const auto start = std::chrono::steady_clock::now();
   const auto volume =
       a.vdb.empty() ? fuseFrames(a, progress, source) : ttsdf::TsdfVolume::fromVdbFile(a.vdb, a.fusion);
-  source.seconds = secondsSince(start);
+  source.seconds = secondsSince(start) - source.comparing;
   if (!a.save_vdb.empty()) volume.saveVdb(a.save_vdb);
-  return ttsdf::buildMap(volume, a.build, show);
+  return ttsdf::buildMap(volume, a.build, show, source.agreement);
 }
 
 ttsdf::BuiltMap buildFromMesh(const Arguments& a, Source& source, const ttsdf::BuildProgress& show) {
@@ -119,6 +135,26 @@ ttsdf::BuiltMap buildFromMesh(const Arguments& a, Source& source, const ttsdf::B
   return ttsdf::compress(field, a.fusion, a.build, show);
 }
 
+/// One entry for each frame that was compared.
+Json::Value differences(const Source& source) {
+  static const std::array<const char*, 3> kOutcomes = {{"compared", "no_overlap", "contradicts"}};
+  Json::Value list(Json::arrayValue);
+  for (const auto& d : source.differences) {
+    Json::Value entry;
+    entry["frame"] = source.indices.at(d.frame);
+    entry["outcome"] = kOutcomes.at(static_cast<std::size_t>(d.outcome));
+    entry["overlap"] = d.overlap;
+    if (d.outcome == ttsdf::FrameDifference::Outcome::kCompared) {
+      entry["position_m"] = d.translation(), entry["rotation_rad"] = d.rotation();
+      for (int k = 0; k < 6; ++k) entry["step"].append(d.step[k]);
+      for (int k = 0; k < 36; ++k) entry["cov"].append(d.covariance(k / 6, k % 6));
+      for (int k = 0; k < 3; ++k) entry["centroid"].append(d.centroid[k]);
+    }
+    list.append(entry);
+  }
+  return list;
+}
+
 Json::Value report(const ttsdf::BuiltMap& built, const Source& source) {
   Json::Value root = ttsdf::parseJson(ttsdf::toJson(built.report), "build report");
   root["frames_used"] = static_cast<Json::UInt64>(source.frames);
@@ -126,6 +162,8 @@ Json::Value report(const ttsdf::BuiltMap& built, const Source& source) {
   root["skipped"] = Json::arrayValue;
   for (const auto& reason : source.skipped) root["skipped"].append(reason);
   root["seconds"]["read_and_fuse"] = source.seconds;
+  root["seconds"]["compare_frames"] = source.comparing;
+  root["frame_differences"] = differences(source);
   root["map_id"] = ttsdf::fileInfo(built.bytes.data(), built.bytes.size()).map_id;
   return root;
 }
@@ -136,6 +174,11 @@ void printSummary(const ttsdf::BuiltMap& built) {
       "%d x %d x %d voxels of %g m, ranks %d and %d, %s: %zu bytes; error near the surface %.1f mm rms\n",
       dims[0], dims[1], dims[2], built.map.geometry.voxel_size, built.report.rank1, built.report.rank2,
       built.report.encoding.c_str(), built.bytes.size(), 1e3 * built.report.surface_rms);
+  const auto& agreement = built.map.agreement;
+  if (agreement.known()) {
+    std::printf("its frames agree to %.1f mm and %.1f mrad (median of %d compared)\n",
+                1e3 * agreement.position_median, 1e3 * agreement.rotation_median, agreement.compared);
+  }
 }
 
 int run(int argc, char** argv) {

@@ -3,7 +3,9 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <iomanip>
 #include <iostream>
+#include <sstream>
 
 #include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/tools/command_line.h"
@@ -37,6 +39,22 @@ Json::Value metadata(const ttsdf::TtSdfMap& map) {
   return root;
 }
 
+Json::Value describe(const ttsdf::FrameAgreement& agreement) {
+  if (!agreement.known()) return Json::Value();
+  Json::Value root;
+  root["frames_compared"] = agreement.compared;
+  root["frames_contradicting"] = agreement.contradicting;
+  root["frames_without_overlap"] = agreement.without_overlap;
+  root["position_median_m"] = agreement.position_median;
+  root["position_90_m"] = agreement.position_90;
+  root["rotation_median_rad"] = agreement.rotation_median;
+  root["rotation_90_rad"] = agreement.rotation_90;
+  root["shift_sigma_m"] = agreement.shift;
+  root["turn_sensor_sigma_rad"] = agreement.turn_sensor;
+  root["turn_scene_sigma_rad"] = agreement.turn_scene;
+  return root;
+}
+
 Json::Value describe(const ttsdf::TtSdfMap& map, const ttsdf::MapFileInfo& file, bool spectra) {
   Json::Value root;
   const auto& geometry = map.geometry;
@@ -60,6 +78,7 @@ Json::Value describe(const ttsdf::TtSdfMap& map, const ttsdf::MapFileInfo& file,
   root["dense_bytes"] = static_cast<Json::UInt64>(geometry.voxelCount() * sizeof(float));
   root["supported_share"] = map.mask.empty() ? 1.0 : map.mask.supportedShare();
   root["map_id"] = file.map_id;
+  root["frame_agreement"] = describe(map.agreement);
   root["metadata"] = metadata(map);
   const auto& nested = root["metadata"];
   root["build_report"] =
@@ -96,6 +115,14 @@ void printPlain(const Json::Value& root, const std::string& indent = "") {
       std::cout << indent << key << ": " << plainText(value) << '\n';
     }
   }
+}
+
+std::string agreementSentence(const ttsdf::FrameAgreement& agreement) {
+  if (!agreement.known()) return "how far the frames of this map agree is unknown";
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(1) << "the frames of this map agree to "
+       << 1e3 * agreement.position_median << " mm / " << 1e3 * agreement.rotation_median << " mrad";
+  return text.str();
 }
 
 // The script lies beside the installed program, or in the source tree.
@@ -135,6 +162,7 @@ int run(int argc, char** argv) {
     std::cout << ttsdf::toText(root);
   } else {
     printPlain(root);
+    std::cout << agreementSentence(map.agreement) << '\n';
   }
   if (!std::cout.flush()) throw std::runtime_error("standard output: cannot write");
   if (!picture.empty()) plot(map_path, picture);

@@ -20,8 +20,8 @@ const fs::path kRoot = TTSDF_SOURCE_DIR;
 
 /// What each folder may include of the other folders.
 const Names kCore = {"options", "geometry", "tensor", "field", "map"};
-const Names kWings = {"build_steps",  "frames", "fusion",  "surface",
-                      "signed_field", "mesh",   "mapping", "compression"};
+const Names kWings = {"build_steps", "frames",  "fusion",      "surface",  "signed_field",
+                      "mesh",        "mapping", "compression", "agreement"};
 
 Names operator+(Names a, const Names& b) {
   a.insert(b.begin(), b.end());
@@ -33,8 +33,8 @@ const std::map<std::string, Names> kMayUse = {
     {"options", {}},
     {"geometry", {}},
     {"tensor", {}},
-    {"field", {"tensor"}},
-    {"map", {"tensor", "field"}},
+    {"field", {"geometry", "tensor"}},
+    {"map", {"geometry", "tensor", "field"}},
     {"registration", {"options", "geometry", "tensor", "field"}},
     {"localization", {"options", "geometry", "registration"}},
     // the builder's: from depth or a mesh to a compressed map
@@ -46,6 +46,7 @@ const std::map<std::string, Names> kMayUse = {
     {"signed_field", {"tensor", "field", "build_steps", "fusion", "surface"}},
     {"mesh", {"tensor", "field", "build_steps", "surface", "signed_field"}},
     {"mapping", {"tensor", "field", "map", "build_steps", "fusion", "signed_field", "compression"}},
+    {"agreement", {"options", "geometry", "field", "registration", "frames", "fusion"}},
     // plain types of depth images and meshes: no link to their library, checked below
     {"simulation", {"options", "geometry", "tensor", "field", "frames", "surface"}},
     {"evaluation", kCore + kWings + Names{"registration"}},
@@ -56,7 +57,7 @@ const std::map<std::string, Names> kMayUse = {
 
 /// Libraries that only some folders may include, by the first folder of the include.
 const std::map<std::string, Names> kOnlyIn = {
-    {"openvdb", {"fusion", "signed_field"}},
+    {"openvdb", {"agreement", "fusion", "signed_field"}},
     {"vigra", {"frames", "signed_field", "surface"}},
     {"assimp", {"mesh"}},
     {"tbb", {"build_steps", "fusion"}},

@@ -53,6 +53,10 @@ class MapFormatPage : public ::testing::Test {
         << "\nfield " << ttsdf::name(map.kind) << "\ntruncation " << map.truncation << "\nclamp_negative "
         << map.clamp_negative << "\nclamp_positive " << map.clamp_positive << "\nframe_id " << map.frame_id
         << "\ncell_voxels " << map.mask.cellVoxels() << '\n';
+    const FrameAgreement& a = map.agreement;
+    out << "agreement " << a.compared << ' ' << a.contradicting << ' ' << a.without_overlap << ' '
+        << a.position_median << ' ' << a.position_90 << ' ' << a.rotation_median << ' ' << a.rotation_90
+        << ' ' << a.shift << ' ' << a.turn_sensor << ' ' << a.turn_scene << '\n';
     for (const auto& [key, value] : map.metadata) out << "metadata " << key << '=' << value << '\n';
     std::mt19937 random(5);
     for (int n = 0; n < 300; ++n) {
@@ -117,6 +121,7 @@ TEST_F(MapFormatPage, IsEnoughToReadOddShapes) {
   TtSdfMap bare = test::roomMap();
   bare.mask = {};
   bare.metadata.clear();
+  bare.agreement = {};
   bare.kind = FieldKind::kTsdf;
   writeCase("bare", bare, {});
   for (const int cell : {1, 2, 30}) {
@@ -190,6 +195,8 @@ TEST_F(MapFormatPage, NamesWhatIsRefusedInTheSections) {
   changed("frame", plain, "FIEL", 29, std::uint8_t{0xFF});
   changed("text_size", plain, "META", 0, std::uint32_t{(16u << 20) + 1});
   changed("text", plain, "META", 0, std::uint32_t{5});
+  changed("frames", plain, "AGRE", 4, std::uint32_t{(1u << 30) + 1});
+  changed("shift", plain, "AGRE", 44, -0.1);
   changed("cell", plain, "MASK", 0, std::uint32_t{0});
   changed("bucket", plain, "MASK", 4, std::uint32_t{77});
   changed("encoding", plain, "CORE", 0, std::uint8_t{3});

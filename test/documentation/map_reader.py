@@ -11,12 +11,13 @@ import zlib
 import numpy as np
 
 MAGIC = b"TTSDF\r\n\x1a"
-KNOWN_SECTIONS = ("GEOM", "FIEL", "CORE", "MASK", "META")
+KNOWN_SECTIONS = ("GEOM", "FIEL", "CORE", "MASK", "META", "AGRE")
 ENCODINGS = ("float32", "float16", "quantized")
 MAX_EXTENT = 1 << 20
 MAX_NUMBERS = 1 << 26
 MAX_CELLS = 1 << 28
 MAX_TEXT = 16 << 20
+MAX_FRAMES = 1 << 30
 LZMA = [{"id": lzma.FILTER_LZMA1, "preset": 9 | lzma.PRESET_EXTREME, "dict_size": 1 << 20,
          "lc": 0, "lp": 0, "pb": 0}]
 
@@ -133,6 +134,17 @@ def read_field(payload):
     require(all(np.isfinite(d) and d >= 0 for d in (truncation, negative, positive)), "distances")
     return {"field": ("sdf", "tsdf")[kind], "truncation": truncation, "clamp_negative": negative,
             "clamp_positive": positive, "frame_id": frame_id}
+
+
+def read_agreement(payload):
+    """Three numbers of frames, then seven sizes."""
+    cursor = Cursor(payload)
+    counts = cursor.numbers("3I")
+    require(max(counts) <= MAX_FRAMES, "frames")
+    sizes = cursor.numbers("7d")
+    cursor.end()
+    require(all(np.isfinite(size) and size >= 0.0 for size in sizes), "sizes")
+    return [*counts, *sizes]
 
 
 def read_metadata(payload):
@@ -303,6 +315,7 @@ def read_map(data):
     result["cell_voxels"], result["mask"] = (read_mask(found["MASK"], result["dims"])
                                              if "MASK" in found else (1, None))
     result["metadata"] = read_metadata(found["META"]) if "META" in found else {}
+    result["agreement"] = read_agreement(found["AGRE"]) if "AGRE" in found else None
     result.update(read_cores(found["CORE"], result["dims"]))
     return result
 
@@ -339,7 +352,7 @@ def main(path):
         print("%8d  %s" % (len(payload), name))
     print("%8d  bytes, map %s" % (len(data), field_map["map_id"]))
     for key in ("dims", "voxel_size", "field", "truncation", "clamp_negative", "clamp_positive", "frame_id",
-                "cell_voxels", "encoding", "axes", "ranks", "metadata"):
+                "cell_voxels", "encoding", "axes", "ranks", "metadata", "agreement"):
         print("%s: %s" % (key, field_map[key]))
 
 

@@ -28,6 +28,16 @@ void expectSameFrame(const TtSdfMap& got, const TtSdfMap& wanted) {
   EXPECT_EQ(got.clamp_positive, wanted.clamp_positive);
   EXPECT_EQ(got.frame_id, wanted.frame_id);
   EXPECT_EQ(got.metadata, wanted.metadata);
+  EXPECT_EQ(got.agreement.compared, wanted.agreement.compared);
+  EXPECT_EQ(got.agreement.contradicting, wanted.agreement.contradicting);
+  EXPECT_EQ(got.agreement.without_overlap, wanted.agreement.without_overlap);
+  EXPECT_EQ(got.agreement.position_median, wanted.agreement.position_median);
+  EXPECT_EQ(got.agreement.position_90, wanted.agreement.position_90);
+  EXPECT_EQ(got.agreement.rotation_median, wanted.agreement.rotation_median);
+  EXPECT_EQ(got.agreement.rotation_90, wanted.agreement.rotation_90);
+  EXPECT_EQ(got.agreement.shift, wanted.agreement.shift);
+  EXPECT_EQ(got.agreement.turn_sensor, wanted.agreement.turn_sensor);
+  EXPECT_EQ(got.agreement.turn_scene, wanted.agreement.turn_scene);
   EXPECT_EQ(got.mask.bits(), wanted.mask.bits());
   EXPECT_EQ(got.mask.cellVoxels(), wanted.mask.cellVoxels());
   EXPECT_EQ(got.train.axes(), wanted.train.axes());
@@ -67,8 +77,10 @@ TEST(MapIo, MapsWithoutMaskAndMetadataStayWithout) {
   TtSdfMap map = roomMap();
   map.mask = {};
   map.metadata.clear();
+  map.agreement = {};
   const TtSdfMap read = roundTrip(map, {});
   EXPECT_TRUE(read.mask.empty());
+  EXPECT_FALSE(read.agreement.known());
   EXPECT_TRUE(read.metadata.empty());
 }
 

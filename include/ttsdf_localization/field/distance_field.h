@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "ttsdf_localization/field/frame_agreement.h"
 #include "ttsdf_localization/field/grid_geometry.h"
 
 namespace ttsdf {
@@ -60,6 +61,14 @@ class DistanceField {
   virtual void warmUp() const {}
 
   FieldSamples evaluate(const Eigen::Matrix3Xf& points_map) const;
+
+  /// What is known about the errors of the map itself; default: nothing. To be set before the field is
+  /// shared.
+  const FrameAgreement& agreement() const { return agreement_; }
+  void setAgreement(const FrameAgreement& agreement) { agreement_ = agreement; }
+
+ private:
+  FrameAgreement agreement_;
 };
 
 }  // namespace ttsdf

@@ -21,8 +21,8 @@ constexpr std::size_t kHeaderBytes = 32;
 constexpr std::size_t kEntryBytes = 24;
 constexpr std::size_t kChecksumAt = 24;
 constexpr std::uint32_t kMaxSections = 64;
-constexpr std::array<std::uint32_t, 5> kKnown = {
-    {kGeometrySection, kFieldSection, kCoreSection, kMaskSection, kMetadataSection}};
+constexpr std::array<std::uint32_t, 6> kKnown = {
+    {kGeometrySection, kFieldSection, kCoreSection, kMaskSection, kMetadataSection, kAgreementSection}};
 
 std::string hex(std::uint32_t value) {
   std::ostringstream text;

@@ -23,6 +23,7 @@ constexpr std::uint32_t kFieldSection = sectionId("FIEL");
 constexpr std::uint32_t kCoreSection = sectionId("CORE");
 constexpr std::uint32_t kMaskSection = sectionId("MASK");
 constexpr std::uint32_t kMetadataSection = sectionId("META");
+constexpr std::uint32_t kAgreementSection = sectionId("AGRE");
 
 /// A reader that does not know a section with this flag must refuse the file; without it, it skips the
 /// section.

@@ -119,4 +119,33 @@ std::map<std::string, std::string> readMetadata(ByteReader& in) {
   return metadata;
 }
 
+void writeAgreement(const FrameAgreement& a, ByteWriter& out) {
+  for (const int count : {a.compared, a.contradicting, a.without_overlap}) {
+    out.u32(static_cast<std::uint32_t>(count));
+  }
+  for (const double size : {a.position_median, a.position_90, a.rotation_median, a.rotation_90, a.shift,
+                            a.turn_sensor, a.turn_scene}) {
+    out.f64(size);
+  }
+}
+
+FrameAgreement readAgreement(ByteReader& in) {
+  constexpr std::uint32_t kMostFrames = 1u << 30;
+  FrameAgreement a;
+  for (int* count : {&a.compared, &a.contradicting, &a.without_overlap}) {
+    const std::uint32_t frames = in.u32();
+    if (frames > kMostFrames) {
+      refuse(in.what() + ": number of frames", std::to_string(frames),
+             "at most " + std::to_string(kMostFrames));
+    }
+    *count = static_cast<int>(frames);
+  }
+  for (double* size : {&a.position_median, &a.position_90, &a.rotation_median, &a.rotation_90, &a.shift,
+                       &a.turn_sensor, &a.turn_scene}) {
+    *size = in.f64();
+  }
+  in.expectEnd();
+  return a;
+}
+
 }  // namespace ttsdf

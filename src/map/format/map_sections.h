@@ -17,4 +17,7 @@ void readField(ByteReader& in, TtSdfMap& map);
 void writeMetadata(const std::map<std::string, std::string>& metadata, ByteWriter& out);
 std::map<std::string, std::string> readMetadata(ByteReader& in);
 
+void writeAgreement(const FrameAgreement& agreement, ByteWriter& out);
+FrameAgreement readAgreement(ByteReader& in);
+
 }  // namespace ttsdf
