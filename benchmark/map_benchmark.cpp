@@ -4,7 +4,7 @@
 #include "benchmark_world.h"
 #include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/fusion/tsdf_volume.h"
-#include "ttsdf_localization/map/map_io.h"
+#include "ttsdf_localization/compression/map_writer.h"
 
 namespace {
 

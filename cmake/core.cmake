@@ -12,12 +12,10 @@ ttsdf_library(ttsdf_core
     src/map/format/map_sections.cpp
     src/map/format/map_container.cpp
     src/map/codec/cosine_transform.cpp
-    src/map/codec/train_gauge.cpp
     src/map/codec/magnitude_tables.cpp
     src/map/codec/coefficient_coder.cpp
+    src/map/codec/bit_model.cpp
     src/map/codec/quantized_cores.cpp
-    src/map/codec/live_components.cpp
-    src/map/codec/core_quantizer.cpp
     src/map/format/encoding.cpp
     src/map/map_io.cpp
     src/map/map_file.cpp
@@ -29,12 +27,15 @@ ttsdf_library(ttsdf_core
     src/field/frame_agreement.cpp
     src/field/grid_geometry.cpp
     src/field/distance_field.cpp
-    src/field/grid_field.cpp
+    src/field/grid_locator.cpp
     src/field/dense_distance_field.cpp
-    src/field/column_kernels.cpp
-    src/field/block_cache.cpp
-    src/field/brick_decoder.cpp
+    src/field/quantized_bricks.cpp
+    src/field/stored_cores.cpp
+    src/field/column_cache.cpp
+    src/field/surface_bricks.cpp
+    src/field/nearest_feet.cpp
     src/field/tt_distance_field.cpp
+    src/field/derivative_core_field.cpp
     src/field/long_range_field.cpp
     src/registration/scan_buffer.cpp
     src/registration/linearizer.cpp
@@ -63,7 +64,7 @@ ttsdf_library(ttsdf_core
   PUBLIC Eigen3::Eigen
   PRIVATE ZLIB::ZLIB Threads::Threads ${LZMA_LIBRARY})
 # Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
-set_source_files_properties(src/registration/residual_kernels.cpp src/field/grid_field.cpp PROPERTIES
+set_source_files_properties(src/registration/residual_kernels.cpp src/field/grid_locator.cpp PROPERTIES
   COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 
 ttsdf_unit_test(localization/pose_covariance_test.cpp LIBS ttsdf_core)

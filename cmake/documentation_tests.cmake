@@ -4,6 +4,13 @@ if(TARGET architecture_layers_test)
   target_compile_definitions(architecture_layers_test PRIVATE TTSDF_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
 endif()
 
+ttsdf_unit_test(architecture/core_symbols_test.cpp)
+if(TARGET architecture_core_symbols_test)
+  target_compile_definitions(architecture_core_symbols_test PRIVATE TTSDF_NM="${CMAKE_NM}"
+    TTSDF_CORE_LIBRARY="$<TARGET_FILE:ttsdf_core>" TTSDF_COMPRESSION_LIBRARY="$<TARGET_FILE:ttsdf_compression>")
+  add_dependencies(architecture_core_symbols_test ttsdf_core ttsdf_compression)
+endif()
+
 if(PYTHON_EXECUTABLE)
   set(TTSDF_PYTHON "${PYTHON_EXECUTABLE}")
 else()

@@ -83,7 +83,7 @@ ttsdf_ros_library(ttsdf_localization_nodelet SOURCES src/nodes/localization_node
 ttsdf_node(localization_node SOURCES src/nodes/localization_node.cpp LIBS ttsdf_ros)
 
 ttsdf_unit_test(ros/cloud_conversion_test.cpp LIBS ttsdf_ros)
-ttsdf_unit_test(ros/conversions_test.cpp LIBS ttsdf_ros)
+ttsdf_unit_test(ros/conversions_test.cpp LIBS ttsdf_ros ttsdf_compression)
 ttsdf_unit_test(ros/clock_watch_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/pose_store_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/parameters_test.cpp LIBS ttsdf_ros yaml-cpp)

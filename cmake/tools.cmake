@@ -29,6 +29,7 @@ ttsdf_library(ttsdf_tools
     src/tools/command_line.cpp
     src/tools/json_file.cpp
     src/tools/map_edit.cpp
+    src/tools/map_memory.cpp
     src/tools/progress.cpp
     src/tools/scan_io.cpp
     src/tools/spectra.cpp

@@ -27,7 +27,9 @@ class FieldMethod : public Method {
       : field_(std::move(field)), registration_(field_, options) {}
   std::size_t paperBytes() const override {
     const auto* compressed = dynamic_cast<const TtDistanceField*>(field_.get());
-    return compressed ? tensorTrainPaperBytes(compressed->train()) : densePaperBytes(field_->geometry().dims);
+    return compressed
+               ? tensorTrainPaperBytes(compressed->modeSizes(), compressed->rank1(), compressed->rank2())
+               : densePaperBytes(field_->geometry().dims);
   }
   std::size_t memoryBytes() const override {
     const auto& far = registration_.longRangeField();
@@ -103,8 +105,11 @@ std::size_t densePaperBytes(const Dims& dims) {
 }
 
 std::size_t tensorTrainPaperBytes(const TensorTrain& train) {
-  const auto sizes = train.modeSizes();
-  const auto rank = static_cast<std::size_t>(std::max(train.rank1(), train.rank2()));
+  return tensorTrainPaperBytes(train.modeSizes(), train.rank1(), train.rank2());
+}
+
+std::size_t tensorTrainPaperBytes(const std::array<int, 3>& sizes, int rank1, int rank2) {
+  const auto rank = static_cast<std::size_t>(std::max(rank1, rank2));
   return sizeof(float) * rank *
          (static_cast<std::size_t>(sizes[0]) + static_cast<std::size_t>(sizes[1]) * rank +
           static_cast<std::size_t>(sizes[2]));

@@ -100,14 +100,10 @@ void writeFileAtomically(const std::string& path, const std::vector<std::uint8_t
   }
 }
 
-void saveMap(const TtSdfMap& map, const std::string& path, const EncodeOptions& options) {
-  writeFileAtomically(path, serialize(map, options));
-}
-
-TtSdfMap loadMap(const std::string& path) {
+TtSdfMap loadMap(const std::string& path, const MapLimits& limits) {
   const std::vector<std::uint8_t> bytes = readFile(path);
   try {
-    return deserialize(bytes.data(), bytes.size());
+    return deserialize(bytes.data(), bytes.size(), limits);
   } catch (const MapFormatError& error) {
     throw MapFormatError("'" + path + "': " + error.what());
   }

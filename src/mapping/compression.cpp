@@ -8,6 +8,7 @@
 
 #include "field_slabs.h"
 #include "ttsdf_localization/compression/compact_map.h"
+#include "ttsdf_localization/compression/map_writer.h"
 #include "ttsdf_localization/mapping/map_builder.h"
 
 namespace ttsdf {

@@ -41,8 +41,9 @@ const OptionTable<MapSourceOptions>& mapSourceOptionTable() {
                "file (map_file), topic (ttsdf_map) or service (get_map).")
           .add("map_file", &O::map_file, {},
                "Map file to load at the start. Empty: wait for ~load_map or ~set_map.")
-          .add("cache_megabytes", &O::cache_megabytes, 0.0, 100000.0, "MB",
-               "Memory for decoded parts of the map, besides 4 bytes per 343 voxels; less is slower.");
+          .add("memory_megabytes", &O::memory_megabytes, 0.0, 100000.0, "MB",
+               "Memory for the map, everything counted: cores, mask, far field, and the parts around the "
+               "surface that are kept decoded as far as there is room; less is slower.");
   return table;
 }
 

@@ -20,7 +20,7 @@ LoadedMap prepareMap(const std::vector<std::uint8_t>& bytes, const MapSourceOpti
   const MapFileInfo info = fileInfo(bytes.data(), bytes.size());
   const TtSdfMap map = deserialize(bytes.data(), bytes.size());
   TtFieldOptions field_options;
-  field_options.cache_megabytes = options.cache_megabytes;
+  field_options.memory_megabytes = options.memory_megabytes;
   LoadedMap loaded;
   loaded.map = Localizer::prepare(makeField(map, field_options), registration);
   loaded.map_id = info.map_id;

@@ -7,9 +7,11 @@
 #include <iostream>
 #include <sstream>
 
+#include "ttsdf_localization/field/long_range_field.h"
 #include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/json_file.h"
+#include "ttsdf_localization/tools/map_memory.h"
 #include "ttsdf_localization/tools/spectra.h"
 
 namespace {
@@ -55,6 +57,16 @@ Json::Value describe(const ttsdf::FrameAgreement& agreement) {
   return root;
 }
 
+/// What the map takes once it is prepared for registration.
+Json::Value memory(const ttsdf::TtSdfMap& map, double megabytes) {
+  ttsdf::TtFieldOptions options;
+  options.memory_megabytes = megabytes;
+  const auto field = ttsdf::makeField(map, options);
+  const auto far = ttsdf::makeLongRangeField(*field);
+  field->warmUp();
+  return ttsdf::memoryByPart(*field, far.get());
+}
+
 Json::Value describe(const ttsdf::TtSdfMap& map, const ttsdf::MapFileInfo& file, bool spectra) {
   Json::Value root;
   const auto& geometry = map.geometry;
@@ -74,7 +86,6 @@ Json::Value describe(const ttsdf::TtSdfMap& map, const ttsdf::MapFileInfo& file,
   root["clamp_positive"] = map.clamp_positive;
   root["encoding"] = ttsdf::name(file.encoding);
   root["file_bytes"] = static_cast<Json::UInt64>(file.file_bytes);
-  root["memory_bytes"] = static_cast<Json::UInt64>(map.train.memoryBytes() + map.mask.memoryBytes());
   root["dense_bytes"] = static_cast<Json::UInt64>(geometry.voxelCount() * sizeof(float));
   root["supported_share"] = map.mask.empty() ? 1.0 : map.mask.supportedShare();
   root["map_id"] = file.map_id;
@@ -149,15 +160,19 @@ std::string plotScript() {
 int run(int argc, char** argv) {
   std::string map_path, picture;
   bool json = false, spectra = false;
+  double memory_megabytes = ttsdf::TtFieldOptions().memory_megabytes;
   ttsdf::CommandLine line("ttsdf_info", "MAP.ttsdf [--json] [--plot FILE.png]", "Says what a map holds.");
   line.positional("MAP.ttsdf", map_path)
       .flag("json", json, "Prints one JSON object.")
       .flag("spectra", spectra, "Also the singular values between the cores.")
+      .value("memory-megabytes", "N", memory_megabytes, "Bound on what the map takes in memory.")
       .value("plot", "FILE.png", picture, "Draws slices, surface and spectra (needs python3-matplotlib).");
   if (!line.parse(argc, argv, std::cout)) return 0;
   const auto map = ttsdf::loadMap(map_path);  // its errors name the file
   const auto bytes = ttsdf::readFile(map_path);
-  const auto root = describe(map, ttsdf::fileInfo(bytes.data(), bytes.size()), spectra);
+  auto root = describe(map, ttsdf::fileInfo(bytes.data(), bytes.size()), spectra);
+  root["memory"] = memory(map, memory_megabytes);
+  root["memory_bytes"] = root["memory"]["map_memory_bytes"];
   if (json) {
     std::cout << ttsdf::toText(root);
   } else {

@@ -43,7 +43,7 @@ const std::map<std::string, Names> kMayUse = {
     {"frames", {"geometry"}},
     {"fusion", {"options", "frames", "build_steps"}},
     {"surface", {"tensor", "field", "build_steps"}},
-    {"signed_field", {"tensor", "field", "build_steps", "fusion", "surface"}},
+    {"signed_field", {"tensor", "field", "map", "build_steps", "fusion", "surface"}},
     {"mesh", {"tensor", "field", "build_steps", "surface", "signed_field"}},
     {"mapping", {"tensor", "field", "map", "build_steps", "fusion", "signed_field", "compression"}},
     {"agreement", {"options", "geometry", "field", "registration", "frames", "fusion"}},

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "../map/file_surgery.h"
+#include "../map/first_form.h"
 #include "../map/room_map.h"
 
 namespace ttsdf {
@@ -43,12 +44,14 @@ class MapFormatPage : public ::testing::Test {
   /// A file, and beside it what a reader must find in it: fields, then samples (index, position, value,
   /// support).
   void writeCase(const std::string& name, const TtSdfMap& written, const EncodeOptions& options) {
-    const Bytes bytes = serialize(written, options);
+    writeCase(name, serialize(written, options));
+  }
+  void writeCase(const std::string& name, const Bytes& bytes) {
     const TtSdfMap map = deserialize(bytes.data(), bytes.size());
     writeFileAtomically((folder_ / (name + ".ttsdf")).string(), bytes);
     std::ofstream out(folder_ / (name + ".expected"));
     out << std::setprecision(17) << "map_id " << fileInfo(bytes.data(), bytes.size()).map_id << "\nencoding "
-        << ttsdf::name(options.encoding) << "\ndims " << map.geometry.dims.transpose() << "\nvoxel_size "
+        << ttsdf::name(fileInfo(bytes.data(), bytes.size()).encoding) << "\ndims " << map.geometry.dims.transpose() << "\nvoxel_size "
         << map.geometry.voxel_size << "\nranks " << map.train.rank1() << ' ' << map.train.rank2()
         << "\nfield " << ttsdf::name(map.kind) << "\ntruncation " << map.truncation << "\nclamp_negative "
         << map.clamp_negative << "\nclamp_positive " << map.clamp_positive << "\nframe_id " << map.frame_id
@@ -110,6 +113,11 @@ TEST_F(MapFormatPage, IsEnoughToReadEveryEncoding) {
   // Small steps make coefficients of several bytes; coarse ones make columns that vanish.
   writeCase("fine", test::roomMap(), test::encodeAs(Encoding::kQuantized, 1e-6));
   writeCase("coarse", test::roomMap(), test::encodeAs(Encoding::kQuantized, 0.1));
+  expectReaderAgrees();
+}
+
+TEST_F(MapFormatPage, IsEnoughToReadTheFirstForm) {
+  writeCase("first_form", test::kFirstForm);
   expectReaderAgrees();
 }
 
@@ -199,7 +207,7 @@ TEST_F(MapFormatPage, NamesWhatIsRefusedInTheSections) {
   changed("shift", plain, "AGRE", 44, -0.1);
   changed("cell", plain, "MASK", 0, std::uint32_t{0});
   changed("bucket", plain, "MASK", 4, std::uint32_t{77});
-  changed("encoding", plain, "CORE", 0, std::uint8_t{3});
+  changed("encoding", plain, "CORE", 0, std::uint8_t{4});
   changed("axes", plain, "CORE", 1, std::uint8_t{3});
   changed("rank", plain, "CORE", 4, std::uint32_t{0});
   changed("bytes", plain, "CORE", 4, std::uint32_t{2});

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "ttsdf_localization/compression/tt_svd.h"
-#include "ttsdf_localization/map/map_io.h"
+#include "ttsdf_localization/compression/map_writer.h"
 
 namespace ttsdf::test {
 

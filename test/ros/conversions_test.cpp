@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "ttsdf_localization/compression/map_writer.h"
 #include "ttsdf_localization/localization/pose_covariance.h"
 
 namespace ttsdf {

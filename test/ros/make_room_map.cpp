@@ -7,7 +7,7 @@
 
 #include "../support/room.h"
 #include "ttsdf_localization/compression/tt_svd.h"
-#include "ttsdf_localization/map/map_io.h"
+#include "ttsdf_localization/compression/map_writer.h"
 
 int main(int argc, char** argv) {
   if (argc < 2) {

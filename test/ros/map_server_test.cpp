@@ -14,7 +14,7 @@
 
 #include "ttsdf_localization/GetMap.h"
 #include "ttsdf_localization/compression/tt_svd.h"
-#include "ttsdf_localization/map/map_io.h"
+#include "ttsdf_localization/compression/map_writer.h"
 
 namespace ttsdf {
 namespace {

@@ -78,6 +78,7 @@ std::unique_ptr<Method> makeFeatureMethod(const std::string& kind, const MapClou
 std::size_t densePaperBytes(const Dims& dims);
 /// The paper's formula takes one rank R = max(r1, r2): (n1 R + n2 R^2 + n3 R) floats in chain order.
 std::size_t tensorTrainPaperBytes(const TensorTrain& train);
+std::size_t tensorTrainPaperBytes(const std::array<int, 3>& mode_sizes, int rank1, int rank2);
 /// N x 3 floats (the paper counts a sparse map so), and K x D floats of a feature map.
 std::size_t cloudPaperBytes(std::size_t points);
 std::size_t featurePaperBytes(std::size_t features, std::size_t dimensions);

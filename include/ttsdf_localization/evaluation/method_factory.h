@@ -51,8 +51,9 @@ class MethodFactory {
   std::unique_ptr<MapCloud> map_cloud_;
 };
 
-/// The field of a map, compressed or (`dense`) as a full array.
-std::shared_ptr<const DistanceField> makeEvaluationField(const TtSdfMap& map, Interpolation interpolation,
-                                                         bool dense);
+/// The field of a map, compressed (within a bound on its memory) or (`dense`) as a full array.
+std::shared_ptr<const DistanceField> makeEvaluationField(
+    const TtSdfMap& map, Interpolation interpolation, bool dense,
+    double memory_megabytes = TtFieldOptions().memory_megabytes);
 
 }  // namespace ttsdf

@@ -2,7 +2,10 @@
 // A distance field is asked for many points at once: registration never calls it per point.
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
+#include <functional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -48,6 +51,19 @@ struct FieldSamples {
   std::vector<PointState> states;
 };
 
+/// Asked during long work: false ends it with Cancelled. Empty: nobody asks.
+using KeepGoing = std::function<bool()>;
+
+class Cancelled : public std::runtime_error {
+ public:
+  Cancelled() : std::runtime_error("cancelled") {}
+};
+
+/// Throws Cancelled if `keep_going` says so.
+inline void goOn(const KeepGoing& keep_going) {
+  if (keep_going && !keep_going()) throw Cancelled();
+}
+
 class DistanceField {
  public:
   virtual ~DistanceField() = default;
@@ -57,8 +73,11 @@ class DistanceField {
   virtual void evaluate(const PointSpan& points, const SampleSpan& samples) const = 0;
   /// Bytes this field holds in memory, caches included.
   virtual std::size_t memoryBytes() const = 0;
-  /// Makes ahead of the first scan what the field keeps around the surface between evaluations, if anything.
-  virtual void warmUp() const {}
+  /// Makes ahead of the first scan what the field keeps around the surface, if anything. `keep_going` is
+  /// asked every few milliseconds; false: Cancelled, and the field answers as before.
+  virtual void warmUp(const KeepGoing& keep_going = {}) const { static_cast<void>(keep_going); }
+  /// The order of axes in which a walk through the field costs least, the innermost loop last.
+  virtual std::array<int, 3> walkOrder() const { return {{2, 1, 0}}; }
 
   FieldSamples evaluate(const Eigen::Matrix3Xf& points_map) const;
 

@@ -26,7 +26,7 @@ struct FrameOptions {
 struct MapSourceOptions {
   std::string map_source = "file";  ///< file | topic (ttsdf_map) | service (get_map)
   std::string map_file;             ///< "": wait for ~load_map or ~set_map
-  double cache_megabytes = 24.0;    ///< memory for decoded parts of the map
+  double memory_megabytes = 3.0;    ///< everything that the map takes, as far as it can be less
 };
 
 /// Pose at the start.

@@ -1,6 +1,6 @@
 #pragma once
-// What the dense and the compressed field share: from points to grid indices, the support mask, trilinear or
-// nearest interpolation, gradients back to the map frame. They differ only in where the samples come from.
+// What all fields on a grid share: from points to grid indices, the support mask, trilinear or nearest
+// interpolation, gradients back to the map frame. They differ only in where the samples come from.
 
 #include <array>
 
@@ -32,25 +32,29 @@ struct StencilChunk {
   alignas(64) float value[kChunk][4];
 };
 
-class GridField : public DistanceField {
+/// Where points lie in a grid, and interpolation between what its corners hold.
+class GridLocator {
  public:
-  GridField(const GridGeometry& geometry, SupportMask mask, Interpolation interpolation,
-            const ModeOrder& axes);
+  /// Throws std::invalid_argument if mask and geometry disagree. `axes`: the order in which samples are
+  /// stored.
+  GridLocator(const GridGeometry& geometry, SupportMask mask, Interpolation interpolation,
+              const ModeOrder& axes);
 
-  const GridGeometry& geometry() const final { return geometry_; }
-  using DistanceField::evaluate;
-  void evaluate(const PointSpan& points, const SampleSpan& samples) const final;
+  const GridGeometry& geometry() const { return geometry_; }
   const SupportMask& mask() const { return mask_; }
+  Interpolation interpolation() const { return interpolation_; }
+  /// Extents in chain order.
+  const std::array<int, 3>& sizes() const { return sizes_; }
 
- protected:
-  /// Corner samples of all cells (cells of outside points are valid cells too: no branch needed).
-  virtual void corners(const CellChunk& cells, CornerChunk& out) const = 0;
-  /// Value and finite differences at the voxels cells.cell (nearest interpolation).
-  virtual void stencils(const CellChunk& cells, StencilChunk& out) const = 0;
-  const std::array<int, 3>& chainSizes() const { return sizes_; }
+  /// Cells and states of `cells.size` points from `begin` on; outside points lie in the nearest cell.
+  void locate(const PointSpan& points, int begin, CellChunk& cells) const;
+  /// Trilinear value and gradient from the corners.
+  void interpolate(const CellChunk& cells, const CornerChunk& corners, const SampleSpan& out,
+                   int begin) const;
+  /// Value and finite differences of the nearest voxel.
+  void copy(const CellChunk& cells, const StencilChunk& stencils, const SampleSpan& out, int begin) const;
 
  private:
-  void locate(const PointSpan& points, int begin, CellChunk& cells) const;
   void applyMask(CellChunk& cells) const;
 
   GridGeometry geometry_;

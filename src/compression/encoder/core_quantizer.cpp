@@ -5,7 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "cosine_transform.h"
+#include "../../map/codec/cosine_transform.h"
+#include "core_writer.h"
 #include "live_components.h"
 
 namespace ttsdf {

@@ -2,7 +2,7 @@
 // Quantisation leaves some components with nothing but zeros: they need not be stored, and the map that is
 // read has lower ranks.
 
-#include "quantized_cores.h"
+#include "../../map/codec/quantized_cores.h"
 
 namespace ttsdf {
 

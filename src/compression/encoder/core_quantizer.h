@@ -1,7 +1,7 @@
 #pragma once
 // Chooses the quantised cores of a train: by step, by error, or by size.
 
-#include "quantized_cores.h"
+#include "../../map/codec/quantized_cores.h"
 #include "train_gauge.h"
 
 namespace ttsdf {

@@ -21,6 +21,4 @@ class BitPacker {
   std::size_t count_ = 0;
 };
 
-inline bool bitAt(const std::uint8_t* bytes, std::size_t n) { return (bytes[n / 8] >> (n % 8)) & 1u; }
-
 }  // namespace ttsdf

@@ -1,4 +1,4 @@
-#include "grid_field.h"
+#include "grid_locator.h"
 
 #include <algorithm>
 #include <cmath>
@@ -128,8 +128,8 @@ DifferenceStencil differenceStencil(int n, int size) {
   return {{n - 1, n, n + 1}, {-0.5f, 0.0f, 0.5f}};
 }
 
-GridField::GridField(const GridGeometry& geometry, SupportMask mask, Interpolation interpolation,
-                     const ModeOrder& axes)
+GridLocator::GridLocator(const GridGeometry& geometry, SupportMask mask, Interpolation interpolation,
+                         const ModeOrder& axes)
     : geometry_(geometry), mask_(std::move(mask)), interpolation_(interpolation), axes_(axes), sizes_{} {
   check(geometry_);
   if (!mask_.empty()) {
@@ -151,7 +151,7 @@ GridField::GridField(const GridGeometry& geometry, SupportMask mask, Interpolati
   }
 }
 
-void GridField::locate(const PointSpan& points, int begin, CellChunk& cells) const {
+void GridLocator::locate(const PointSpan& points, int begin, CellChunk& cells) const {
   LocateArguments in{};
   in.x = points.x + begin, in.y = points.y + begin, in.z = points.z + begin;
   in.size = cells.size;
@@ -162,9 +162,10 @@ void GridField::locate(const PointSpan& points, int begin, CellChunk& cells) con
     in.cell_last[mode] = static_cast<float>(in.nearest ? sizes_[mode] - 1 : std::max(0, sizes_[mode] - 2));
   }
   locateChunk(in, cells);
+  applyMask(cells);
 }
 
-void GridField::applyMask(CellChunk& cells) const {
+void GridLocator::applyMask(CellChunk& cells) const {
   if (mask_.empty()) return;
   MaskArguments in{};
   const Dims& count = mask_.cellDims();
@@ -184,27 +185,21 @@ void GridField::applyMask(CellChunk& cells) const {
   }
 }
 
-void GridField::evaluate(const PointSpan& points, const SampleSpan& samples) const {
-  CellChunk cells;
-  CornerChunk corner_values;
-  StencilChunk stencil_values;
+void GridLocator::interpolate(const CellChunk& cells, const CornerChunk& corners, const SampleSpan& out,
+                              int begin) const {
   alignas(64) float value[kChunk], ga[kChunk], gb[kChunk], gc[kChunk];
-  for (int begin = 0; begin < points.size; begin += kChunk) {
-    cells.size = std::min(kChunk, points.size - begin);
-    locate(points, begin, cells);
-    applyMask(cells);
-    if (interpolation_ == Interpolation::kTrilinear) {
-      corners(cells, corner_values);
-      interpolateChunk(cells, corner_values, value, ga, gb, gc);
-    } else {
-      stencils(cells, stencil_values);
-      for (int n = 0; n < cells.size; ++n) {
-        value[n] = stencil_values.value[n][0], ga[n] = stencil_values.value[n][1];
-        gb[n] = stencil_values.value[n][2], gc[n] = stencil_values.value[n][3];
-      }
-    }
-    finishChunk(cells, index_from_map_, value, ga, gb, gc, samples, begin);
+  interpolateChunk(cells, corners, value, ga, gb, gc);
+  finishChunk(cells, index_from_map_, value, ga, gb, gc, out, begin);
+}
+
+void GridLocator::copy(const CellChunk& cells, const StencilChunk& stencils, const SampleSpan& out,
+                       int begin) const {
+  alignas(64) float value[kChunk], ga[kChunk], gb[kChunk], gc[kChunk];
+  for (int n = 0; n < cells.size; ++n) {
+    value[n] = stencils.value[n][0], ga[n] = stencils.value[n][1];
+    gb[n] = stencils.value[n][2], gc[n] = stencils.value[n][3];
   }
+  finishChunk(cells, index_from_map_, value, ga, gb, gc, out, begin);
 }
 
 }  // namespace ttsdf
