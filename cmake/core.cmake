@@ -4,6 +4,7 @@ ttsdf_find_library(LZMA_LIBRARY lzma)
 
 ttsdf_library(ttsdf_core
   SOURCES
+    src/files/file_writer.cpp
     src/options/option_table.cpp
     src/map/tt_sdf_map.cpp
     src/map/format/byte_io.cpp
@@ -60,6 +61,7 @@ ttsdf_library(ttsdf_core
     src/localization/global_job.cpp
     src/localization/localizer.cpp
     src/localization/localizer_recovery.cpp
+    src/localization/localizer_silence.cpp
     src/localization/localizer_tracking.cpp
   PUBLIC Eigen3::Eigen
   PRIVATE ZLIB::ZLIB Threads::Threads ${LZMA_LIBRARY})
@@ -67,6 +69,7 @@ ttsdf_library(ttsdf_core
 set_source_files_properties(src/registration/residual_kernels.cpp src/field/grid_locator.cpp PROPERTIES
   COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 
+ttsdf_unit_test(files/file_writer_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/pose_covariance_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/motion_model_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/gates_test.cpp LIBS ttsdf_core)

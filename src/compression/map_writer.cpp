@@ -16,9 +16,7 @@ Section makeSection(std::uint32_t id, std::uint32_t flags, const Writer& write) 
   return {id, flags, std::move(out.data())};
 }
 
-}  // namespace
-
-std::vector<std::uint8_t> serialize(const TtSdfMap& map, const EncodeOptions& options) {
+std::vector<std::uint8_t> encoded(const TtSdfMap& map, const EncodeOptions& options) {
   check(map);
   std::vector<Section> sections;
   sections.push_back(makeSection(kGeometrySection, kRequiredFlag,
@@ -44,12 +42,26 @@ std::vector<std::uint8_t> serialize(const TtSdfMap& map, const EncodeOptions& op
   return writeContainer(sections);
 }
 
+}  // namespace
+
+std::vector<std::uint8_t> serialize(const TtSdfMap& map, const EncodeOptions& options) {
+  std::vector<std::uint8_t> bytes = encoded(map, options);
+  try {
+    deserialize(bytes.data(), bytes.size());  // nothing is written that the reader would refuse
+  } catch (const MapFormatError& error) {
+    throw std::invalid_argument(std::string("map: got values that the encoding ") + name(options.encoding) +
+                                " cannot hold (" + error.what() +
+                                "), wanted distances in metres, or float32");
+  }
+  return bytes;
+}
+
 std::size_t encodedSize(const TtSdfMap& map, const EncodeOptions& options) {
-  return serialize(map, options).size();
+  return encoded(map, options).size();
 }
 
 void saveMap(const TtSdfMap& map, const std::string& path, const EncodeOptions& options) {
-  writeFileAtomically(path, serialize(map, options));
+  writeFileAtomically(path, serialize(map, options), kMapFile);
 }
 
 }  // namespace ttsdf

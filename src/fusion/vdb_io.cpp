@@ -37,6 +37,24 @@ openvdb::GridPtrVec readGrids(const std::string& path) {
   return {};
 }
 
+/// One grid at a time, so that the volume is not in memory twice.
+void checkWritten(const std::string& temporary, const std::vector<openvdb::GridBase::ConstPtr>& grids,
+                  const std::string& path) {
+  try {
+    openvdb::io::File file(temporary);
+    file.open(false);
+    for (const auto& grid : grids) {
+      if (file.readGrid(grid->getName())->activeVoxelCount() != grid->activeVoxelCount())
+        throw std::runtime_error("grid '" + grid->getName() + "' differs");
+    }
+  } catch (const std::exception& error) {
+    std::error_code ignored;
+    const auto space = std::filesystem::space(temporary, ignored);
+    fail(path, std::string("cannot be written: read back it is not what was written (") + error.what() +
+                   "); " + std::to_string(space.available / 1000000) + " MB are free on the disk");
+  }
+}
+
 template <class GridType>
 typename GridType::Ptr namedGrid(const openvdb::GridPtrVec& grids, const std::string& name,
                                  const std::string& path) {
@@ -134,6 +152,8 @@ TsdfVolume TsdfVolume::fromVdbFile(const std::string& path, FusionOptions option
   }
 }
 
+const FileKind kVdbFile{"an OpenVDB file", {' ', 'B', 'D', 'V', '\0', '\0', '\0', '\0'}};
+
 void TsdfVolume::saveVdb(const std::string& path) const {
   // Shallow copies, so that the metadata does not stay on the volume's grids.
   const auto tsdf = grids_->tsdf->copy(), weight = grids_->weight->copy();
@@ -141,13 +161,16 @@ void TsdfVolume::saveVdb(const std::string& path) const {
   tsdf->insertMeta(kVoxelSizeKey, openvdb::DoubleMetadata(options_.voxel_size));
   tsdf->insertMeta(kTruncationKey, openvdb::DoubleMetadata(options_.truncation));
   tsdf->insertMeta(kFramesKey, openvdb::Int64Metadata(static_cast<openvdb::Int64>(grids_->frame_count)));
+  FileWriter writer(path, kVdbFile);
   try {
-    openvdb::io::File file(path);
+    openvdb::io::File file(writer.temporary());
     file.write({tsdf, weight, grids_->free});
     file.close();
   } catch (const std::exception& error) {
     fail(path, std::string("cannot be written (") + error.what() + ")");
   }
+  // OpenVDB does not ask its stream whether the disk was full.
+  writer.commit([&] { checkWritten(writer.temporary(), {tsdf, weight, grids_->free}, path); });
 }
 
 }  // namespace ttsdf

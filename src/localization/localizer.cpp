@@ -7,17 +7,17 @@
 namespace ttsdf {
 
 namespace {
-constexpr double kNever = -std::numeric_limits<double>::infinity();
+constexpr double kNoStamp = -std::numeric_limits<double>::infinity();
 }  // namespace
 
 Localizer::Localizer(LocalizerOptions options)
     : options_(std::move(options)),
       motion_(options_.motion),
-      last_stamp_(kNever),
-      last_silent_stamp_(kNever),
-      confirmed_from_(kNever),
-      last_search_stamp_(kNever),
-      last_global_stamp_(kNever) {
+      last_stamp_(kNoStamp),
+      last_silent_stamp_(kNoStamp),
+      confirmed_from_(kNoStamp),
+      last_search_stamp_(kNoStamp),
+      last_global_stamp_(kNoStamp) {
   validate(options_);
 }
 
@@ -72,7 +72,7 @@ void Localizer::setGuess(PoseGuess guess) {
   guess_attempts_ = 0;
   stopConfirming();
   globals_done_ = 0;
-  last_search_stamp_ = kNever;
+  last_search_stamp_ = kNoStamp;
   global_running_ = false;
   if (hasMap()) state_ = LocalizerState::kRelocalizing;
 }
@@ -86,7 +86,7 @@ void Localizer::reset() {
   start_guess_.reset();
   stopConfirming();
   guess_attempts_ = refused_in_row_ = searches_done_ = globals_done_ = 0;
-  last_stamp_ = last_silent_stamp_ = last_search_stamp_ = last_global_stamp_ = kNever;
+  last_stamp_ = last_silent_stamp_ = last_search_stamp_ = last_global_stamp_ = kNoStamp;
   state_ = hasMap() ? LocalizerState::kWaitingForPose : LocalizerState::kNoMap;
 }
 

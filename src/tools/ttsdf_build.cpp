@@ -189,6 +189,9 @@ int run(int argc, char** argv) {
   declare(line, a);
   if (!line.parse(argc, argv, std::cout)) return 0;
   check(a);
+  ttsdf::requireWritable(a.output, ttsdf::kMapFile);  // before the work, not after it
+  if (!a.save_vdb.empty()) ttsdf::requireWritable(a.save_vdb, ttsdf::kVdbFile);
+  if (!a.report.empty()) ttsdf::requireWritable(a.report);
   ttsdf::Progress progress;
   Source source;
   const ttsdf::BuildProgress show = [&progress](const std::string& step, double share) {
@@ -197,7 +200,7 @@ int run(int argc, char** argv) {
   };
   const auto built =
       a.mesh.empty() ? buildFromVolume(a, progress, source, show) : buildFromMesh(a, source, show);
-  ttsdf::writeFileAtomically(a.output, built.bytes);
+  ttsdf::writeFileAtomically(a.output, built.bytes, ttsdf::kMapFile);
   if (!a.report.empty()) ttsdf::writeJson(a.report, report(built, source));
   printSummary(built);
   return 0;

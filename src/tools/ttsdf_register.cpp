@@ -150,13 +150,6 @@ double secondsSince(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// Before hours of work, not after them.
-std::ofstream openForWriting(const std::string& path) {
-  std::ofstream file(path);
-  if (!file) throw std::runtime_error("'" + path + "': cannot write");
-  return file;
-}
-
 int run(int argc, char** argv) {
   Arguments a;
   ttsdf::CommandLine line("ttsdf_register", "--map MAP.ttsdf --batch LIST --output OUT.csv [options]",
@@ -170,15 +163,10 @@ int run(int argc, char** argv) {
   Task task(a, ttsdf::loadMap(a.map));
   const double load_seconds = secondsSince(loading);
   const std::size_t resident_loaded = ttsdf::residentBytes(), peak_loaded = ttsdf::peakResidentBytes();
-  std::ofstream out = openForWriting(a.output);
+  ttsdf::OutputFile out_file(a.output), uncertainty_file(a.uncertainty), report_file(a.report);
+  std::ostream &out = out_file.stream(), &uncertainty = uncertainty_file.stream();
   out << ttsdf::kRegistrationCsvHeader << '\n';
-  std::ofstream uncertainty;
-  if (!a.uncertainty.empty()) {
-    uncertainty = openForWriting(a.uncertainty);
-    ttsdf::writeUncertaintyHeader(uncertainty);
-  }
-  std::ofstream report_file;
-  if (!a.report.empty()) report_file = openForWriting(a.report);
+  if (!a.uncertainty.empty()) ttsdf::writeUncertaintyHeader(uncertainty);
   std::vector<double> milliseconds;
   ttsdf::Progress progress;
   std::string first_error;
@@ -199,7 +187,6 @@ int run(int argc, char** argv) {
     if (!row.unreadable) milliseconds.push_back(row.milliseconds);
     if (!a.uncertainty.empty()) ttsdf::writeUncertainty(uncertainty, row);
   }
-  if (!out.flush()) throw std::runtime_error("'" + a.output + "': cannot write");
   if (!a.report.empty()) {
     Json::Value report = task.memory();
     report["resident_before_bytes"] = static_cast<Json::UInt64>(resident_before);
@@ -214,10 +201,11 @@ int run(int argc, char** argv) {
       report["median_ms"] = ttsdf::quantile(milliseconds, 0.5);
       report["p99_ms"] = ttsdf::quantile(milliseconds, 0.99);
     }
-    report_file << ttsdf::toText(report);
-    if (!report_file.flush()) throw std::runtime_error("'" + a.report + "': cannot write");
+    report_file.stream() << ttsdf::toText(report);
   }
-  if (!uncertainty.flush()) throw std::runtime_error("'" + a.uncertainty + "': cannot write");
+  out_file.close();
+  uncertainty_file.close();
+  report_file.close();
   if (unreadable > 0) {
     throw std::runtime_error(std::to_string(unreadable) + " of " + std::to_string(entries.size()) +
                              " entries could not be read; first: " + first_error);

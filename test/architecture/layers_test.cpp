@@ -19,7 +19,7 @@ using Names = std::set<std::string>;
 const fs::path kRoot = TTSDF_SOURCE_DIR;
 
 /// What each folder may include of the other folders.
-const Names kCore = {"options", "geometry", "tensor", "field", "map"};
+const Names kCore = {"files", "options", "geometry", "tensor", "field", "map"};
 const Names kWings = {"build_steps", "frames",  "fusion",      "surface",  "signed_field",
                       "mesh",        "mapping", "compression", "agreement"};
 
@@ -30,18 +30,19 @@ Names operator+(Names a, const Names& b) {
 
 const std::map<std::string, Names> kMayUse = {
     // the robot's library: it only reads maps
+    {"files", {}},
     {"options", {}},
     {"geometry", {}},
     {"tensor", {}},
     {"field", {"geometry", "tensor"}},
-    {"map", {"geometry", "tensor", "field"}},
+    {"map", {"files", "geometry", "tensor", "field"}},
     {"registration", {"options", "geometry", "tensor", "field"}},
     {"localization", {"options", "geometry", "registration"}},
     // the builder's: from depth or a mesh to a compressed map
-    {"compression", {"tensor", "field", "map"}},
+    {"compression", {"files", "tensor", "field", "map"}},
     {"build_steps", {"options"}},
     {"frames", {"geometry"}},
-    {"fusion", {"options", "frames", "build_steps"}},
+    {"fusion", {"files", "options", "frames", "build_steps"}},
     {"surface", {"tensor", "field", "build_steps"}},
     {"signed_field", {"tensor", "field", "map", "build_steps", "fusion", "surface"}},
     {"mesh", {"tensor", "field", "build_steps", "surface", "signed_field"}},
@@ -64,7 +65,7 @@ const std::map<std::string, Names> kOnlyIn = {
     {"pcl", {"evaluation", "tools"}},
     {"boost", {"tools", "ros", "nodes"}},
     {"yaml-cpp", {"tools", "ros"}},
-    {"json", {"tools"}},
+    {"json", {"tools", "ros"}},
 };
 
 struct Include {
@@ -135,6 +136,27 @@ TEST(Layers, NoArrowTurnsRound) {
     const std::string target = ownFolder(include.text);
     if (target.empty() || target == include.folder) continue;
     EXPECT_EQ(kMayUse.at(include.folder).count(target), 1u) << describe(include);
+  }
+}
+
+// What is not localization does not get into the localizer's node.
+TEST(Layers, FoldersOfTheRosLayerKeepTheirOrder) {
+  const std::map<std::string, Names> may_use = {
+      {"common", {}},
+      {"node", {"common"}},
+      {"offline", {"common", "node"}},
+      {"server", {"common"}},
+      {"operator", {"common"}},
+      {"builder", {"common", "server", "operator"}},
+      {"demo", {"common", "builder"}},
+  };
+  static const std::regex kRosFolder("^ros/([a-z]+)/.*\\.h$");
+  for (const Include& include : includes()) {
+    std::smatch match;
+    if (include.folder != "ros" || !std::regex_search(include.text, match, kRosFolder)) continue;
+    const std::string from = fs::relative(include.file, kRoot / "src" / "ros").begin()->string();
+    if (from == match[1]) continue;
+    EXPECT_EQ(may_use.at(from).count(match[1]), 1u) << describe(include);
   }
 }
 

@@ -1,4 +1,4 @@
-#include "ttsdf_localization/ros/conversions.h"
+#include "ros/common/conversions.h"
 
 #include <gtest/gtest.h>
 

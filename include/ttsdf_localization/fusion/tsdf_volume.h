@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "ttsdf_localization/files/file_writer.h"
 #include "ttsdf_localization/frames/depth_image.h"
 #include "ttsdf_localization/options/option_table.h"
 
@@ -26,6 +27,9 @@ struct FusionOptions {
   int threads = 2;
 };
 const OptionTable<FusionOptions>& fusionOptionTable();
+
+/// Of every .vdb file; saveVdb replaces nothing else.
+extern const FileKind kVdbFile;
 
 /// Not thread-safe; each call uses `threads` threads itself. Results do not depend on their number.
 class TsdfVolume {
@@ -53,7 +57,7 @@ class TsdfVolume {
   /// is not linear, or a band thinner than a voxel.
   static TsdfVolume fromVdbFile(const std::string& path, FusionOptions options);
 
-  /// Writes grids "tsdf", "weight" and "free". Throws std::runtime_error.
+  /// Writes grids "tsdf", "weight" and "free", as files/file_writer.h has it. Throws std::runtime_error.
   void saveVdb(const std::string& path) const;
 
   const FusionOptions& options() const;

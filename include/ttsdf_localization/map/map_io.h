@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "ttsdf_localization/files/file_writer.h"
 #include "ttsdf_localization/map/tt_sdf_map.h"
 
 namespace ttsdf {
@@ -42,11 +43,12 @@ struct MapFileInfo {
 /// Checks the container and reads the first field of the cores, nothing else. Throws MapFormatError.
 MapFileInfo fileInfo(const std::uint8_t* data, std::size_t size);
 
+/// Of every map file; saveMap replaces nothing else.
+extern const FileKind kMapFile;
+
 /// Throws std::runtime_error (cannot read) or MapFormatError.
 TtSdfMap loadMap(const std::string& path, const MapLimits& limits = {});
 /// Whole file; throws std::runtime_error naming the path, also for files above `max_bytes`.
 std::vector<std::uint8_t> readFile(const std::string& path, std::size_t max_bytes = std::size_t{1} << 30);
-/// Temporary neighbour, fsync, rename. Throws std::runtime_error naming the path; the old file stays.
-void writeFileAtomically(const std::string& path, const std::vector<std::uint8_t>& bytes);
 
 }  // namespace ttsdf
