@@ -70,6 +70,9 @@ set_source_files_properties(src/registration/residual_kernels.cpp src/field/grid
   COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 
 ttsdf_unit_test(files/file_writer_test.cpp LIBS ttsdf_core)
+# A map seen from above, for planners: so little that the map server can offer it.
+ttsdf_library(ttsdf_occupancy SOURCES src/exports/occupancy.cpp PUBLIC ttsdf_core)
+
 ttsdf_unit_test(localization/pose_covariance_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/motion_model_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/gates_test.cpp LIBS ttsdf_core)

@@ -27,6 +27,11 @@ set_source_files_properties(src/evaluation/cloud_methods.cpp src/evaluation/feat
 ttsdf_tool(ttsdf_register SOURCES src/tools/ttsdf_register.cpp LIBS ttsdf_tools ttsdf_evaluation)
 ttsdf_tool(ttsdf_evaluate SOURCES src/tools/ttsdf_evaluate.cpp LIBS ttsdf_tools ttsdf_evaluation)
 ttsdf_tool_test(tools/register_tool_test.cpp LIBS ttsdf_tools ttsdf_mapping)
+ttsdf_tool_test(tools/register_formats_test.cpp LIBS ttsdf_tools ttsdf_mapping)
+ttsdf_tool_test(documentation/troubleshooting_test.cpp LIBS ttsdf_tools)
+if(TARGET documentation_troubleshooting_test)
+  target_compile_definitions(documentation_troubleshooting_test PRIVATE TTSDF_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
+endif()
 
 ttsdf_unit_test(evaluation/perturbation_test.cpp LIBS ttsdf_evaluation)
 ttsdf_unit_test(evaluation/sweep_test.cpp LIBS ttsdf_evaluation)
@@ -36,6 +41,8 @@ if(TTSDF_BUILD_SIMULATION)
   ttsdf_unit_test(evaluation/synthetic_frames_test.cpp LIBS ttsdf_evaluation ttsdf_simulation)
   ttsdf_tool(ttsdf_simulate SOURCES src/tools/ttsdf_simulate.cpp LIBS ttsdf_tools ttsdf_evaluation ttsdf_simulation)
 endif()
+
+ttsdf_unit_test(pcl/map_registration_test.cpp LIBS ttsdf_compression ${TTSDF_PCL_LIBRARIES} INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
 
 # The script around it: its parts, and a whole run on simulated data. Debian's Python, whatever comes first in PATH.
 if(TTSDF_BUILD_TESTS)

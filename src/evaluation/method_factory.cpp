@@ -104,7 +104,8 @@ std::unique_ptr<Method> MethodFactory::makeCloudMethodFrom(const MethodSpec& spe
 std::shared_ptr<const DistanceField> makeEvaluationField(const TtSdfMap& map, Interpolation interpolation,
                                                          bool dense, double memory_megabytes) {
   if (dense)
-    return std::make_shared<DenseDistanceField>(full(map.train), map.geometry, map.mask, interpolation);
+    return std::make_shared<DenseDistanceField>(full(map.train), relativeToOrigin(map.geometry), map.mask,
+                                                interpolation);
   TtFieldOptions options;
   options.interpolation = interpolation;
   options.memory_megabytes = memory_megabytes;

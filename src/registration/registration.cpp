@@ -483,6 +483,16 @@ class Registration::Impl {
   int iterations_ = 0;
 };
 
+namespace {
+
+/// Everything inside works relative to the field's origin.
+RegistrationResult inMapFrame(const GridGeometry& geometry, RegistrationResult result) {
+  result.T_map_sensor = inMapFrame(geometry, result.T_map_sensor);
+  return result;
+}
+
+}  // namespace
+
 Registration::Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options,
                            std::shared_ptr<const DistanceField> far)
     : impl_(std::make_unique<Impl>(std::move(field), options, std::move(far))) {}
@@ -491,12 +501,17 @@ Registration::Registration(Registration&&) noexcept = default;
 Registration& Registration::operator=(Registration&&) noexcept = default;
 RegistrationResult Registration::align(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor_prior,
                                        const std::optional<Matrix6d>& covariance) {
-  return impl_->align(points, T_map_sensor_prior, covariance);
+  const GridGeometry& geometry = impl_->field().geometry();
+  return inMapFrame(geometry, impl_->align(points, relativeTo(geometry, T_map_sensor_prior), covariance));
 }
 RegistrationResult Registration::alignFrom(const ScanPoints& points,
                                            const std::vector<Eigen::Isometry3d>& starts,
                                            const PosePrior& prior) {
-  return impl_->alignFrom(points, starts, prior);
+  const GridGeometry& geometry = impl_->field().geometry();
+  std::vector<Eigen::Isometry3d> relative;
+  for (const Eigen::Isometry3d& start : starts) relative.push_back(relativeTo(geometry, start));
+  return inMapFrame(geometry, impl_->alignFrom(points, relative,
+                                               {relativeTo(geometry, prior.T_map_sensor), prior.information}));
 }
 const RegistrationOptions& Registration::options() const { return impl_->options(); }
 const DistanceField& Registration::field() const { return impl_->field(); }

@@ -129,7 +129,7 @@ int run(int argc, char** argv) {
     a.defaults.map_down = *sweep.map_down;
   }
 
-  ttsdf::Progress progress;
+  ttsdf::Progress progress("ttsdf_evaluate");
   const ttsdf::FrameFolder folder(a.frames, a.depth_scale);
   progress.update("reading scans", 0.0);
   const auto scans = ttsdf::scansFromFrames(folder, scan_selection);

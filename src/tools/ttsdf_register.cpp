@@ -168,7 +168,7 @@ int run(int argc, char** argv) {
   out << ttsdf::kRegistrationCsvHeader << '\n';
   if (!a.uncertainty.empty()) ttsdf::writeUncertaintyHeader(uncertainty);
   std::vector<double> milliseconds;
-  ttsdf::Progress progress;
+  ttsdf::Progress progress("ttsdf_register");
   std::string first_error;
   std::size_t unreadable = 0;
   for (std::size_t n = 0; n < entries.size(); ++n) {

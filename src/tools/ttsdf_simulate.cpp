@@ -88,7 +88,7 @@ int run(int argc, char** argv) {
   if (!line.parse(argc, argv, std::cout)) return 0;
   check(a);
   if (line.given("sensor")) a.rig.camera.noise = ttsdf::depthNoise(a.sensor);
-  ttsdf::Progress progress;
+  ttsdf::Progress progress("ttsdf_simulate");
   const int written = a.mesh.empty() ? simulateWorld(a, progress) : simulateMesh(a, progress);
   std::printf("%s: %d frames\n", a.output.c_str(), written);
   return 0;

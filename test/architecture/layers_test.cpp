@@ -20,8 +20,8 @@ const fs::path kRoot = TTSDF_SOURCE_DIR;
 
 /// What each folder may include of the other folders.
 const Names kCore = {"files", "options", "geometry", "tensor", "field", "map"};
-const Names kWings = {"build_steps", "frames",  "fusion",      "surface",  "signed_field",
-                      "mesh",        "mapping", "compression", "agreement"};
+const Names kWings = {"build_steps", "readers", "frames",      "fusion",    "surface", "signed_field",
+                      "mesh",        "mapping", "compression", "agreement", "exports"};
 
 Names operator+(Names a, const Names& b) {
   a.insert(b.begin(), b.end());
@@ -40,14 +40,17 @@ const std::map<std::string, Names> kMayUse = {
     {"localization", {"options", "geometry", "registration"}},
     // the builder's: from depth or a mesh to a compressed map
     {"compression", {"files", "tensor", "field", "map"}},
+    {"readers", {}},
     {"build_steps", {"options"}},
-    {"frames", {"geometry"}},
-    {"fusion", {"files", "options", "frames", "build_steps"}},
+    {"frames", {"geometry", "readers"}},
+    {"fusion", {"files", "options", "geometry", "frames", "build_steps", "readers"}},
     {"surface", {"tensor", "field", "build_steps"}},
-    {"signed_field", {"tensor", "field", "map", "build_steps", "fusion", "surface"}},
-    {"mesh", {"tensor", "field", "build_steps", "surface", "signed_field"}},
+    {"signed_field", {"geometry", "tensor", "field", "map", "build_steps", "fusion", "surface"}},
+    {"mesh", {"readers", "geometry", "tensor", "field", "build_steps", "surface", "signed_field"}},
     {"mapping", {"tensor", "field", "map", "build_steps", "fusion", "signed_field", "compression"}},
     {"agreement", {"options", "geometry", "field", "registration", "frames", "fusion"}},
+    {"exports", kCore + kWings},
+    {"pcl", kCore + Names{"registration"}},  // a header for others
     // plain types of depth images and meshes: no link to their library, checked below
     {"simulation", {"options", "geometry", "tensor", "field", "frames", "surface"}},
     {"evaluation", kCore + kWings + Names{"registration"}},
@@ -58,11 +61,12 @@ const std::map<std::string, Names> kMayUse = {
 
 /// Libraries that only some folders may include, by the first folder of the include.
 const std::map<std::string, Names> kOnlyIn = {
-    {"openvdb", {"agreement", "fusion", "signed_field"}},
+    {"openvdb", {"agreement", "fusion", "signed_field", "exports"}},
+    {"octomap", {"exports"}},
     {"vigra", {"frames", "signed_field", "surface"}},
     {"assimp", {"mesh"}},
     {"tbb", {"build_steps", "fusion"}},
-    {"pcl", {"evaluation", "tools"}},
+    {"pcl", {"evaluation", "pcl"}},
     {"boost", {"tools", "ros", "nodes"}},
     {"yaml-cpp", {"tools", "ros"}},
     {"json", {"tools", "ros"}},

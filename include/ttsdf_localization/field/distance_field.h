@@ -26,7 +26,7 @@ Interpolation interpolationFromName(
     const std::string& name);  ///< "nearest" | "trilinear"; throws std::invalid_argument
 const char* name(Interpolation interpolation);
 
-/// `size` points of the map frame [m], structure of arrays.
+/// `size` points of the map frame [m], relative to the field's geometry().origin; structure of arrays.
 struct PointSpan {
   const float* x;
   const float* y;
@@ -79,6 +79,7 @@ class DistanceField {
   /// The order of axes in which a walk through the field costs least, the innermost loop last.
   virtual std::array<int, 3> walkOrder() const { return {{2, 1, 0}}; }
 
+  /// The same for points of the map frame relative to geometry().origin.
   FieldSamples evaluate(const Eigen::Matrix3Xf& points_map) const;
 
   /// What is known about the errors of the map itself; default: nothing. To be set before the field is

@@ -38,7 +38,7 @@ struct TtSdfMap {
 /// Invariants: shapes agree, everything is finite, distances not negative. Throws std::invalid_argument.
 void check(const TtSdfMap& map);
 
-/// The field that registration asks.
+/// The field that registration asks; its points are relative to its geometry's origin (zero near zero).
 std::unique_ptr<TtDistanceField> makeField(const TtSdfMap& map, const TtFieldOptions& options = {});
 
 }  // namespace ttsdf
