@@ -61,6 +61,7 @@ const std::map<std::string, Names> kOnlyIn = {
     {"assimp", {"mesh"}},
     {"tbb", {"build_steps", "fusion"}},
     {"pcl", {"evaluation", "tools"}},
+    {"open3d", {"evaluation"}},
     {"boost", {"tools", "ros", "nodes"}},
     {"yaml-cpp", {"tools", "ros"}},
     {"json", {"tools"}},
