@@ -124,7 +124,7 @@ def plan_of(scene, a):
     if a.quick:
         plan = protocol.QUICK
     elif a.page and scene.name in protocol.SWEPT_AS_IN_THE_PAPER:
-        plan = protocol.PAPER_SWEEP
+        plan = protocol.SWEPT_AS_IN_THE_PAPER[scene.name]
     else:
         plan = protocol.Plan()
     return dataclasses.replace(plan, clouds=(), paper=(), dense=(), small_clouds=False, without_prior=()) if a.no_clouds else plan

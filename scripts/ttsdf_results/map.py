@@ -162,7 +162,7 @@ def main(arguments):
     if shutil.which("draco_encoder"):
         builder.small_cloud(maps[DEFAULT], "small")
     full = builder.full()
-    sweep = builder.sweep("maps", ("baselines", "register"),
+    sweep = builder.sweep("maps", ("sweep", "register"),
                           [(f"{name}=track:map=", step, "/" + protocol.MAP) for name, step in maps.items()])
     for _ in Runner(store, max(1, a.jobs)).run([protocol.in_order([sweep, *sizes.values(), *builder.steps.parts.values(),
                                                                    *builder.steps.maps.values()])]):

@@ -2,7 +2,7 @@
 
 import csv
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from .scenes import frames_of
 from .store import OUT, Step
@@ -33,11 +33,11 @@ WITHOUT_PRIOR = {"FGR": "fgr", "RANSAC": "ransac"}
 @dataclass(frozen=True)
 class Plan:
     """How much is run."""
-    scans: int = 20
+    scans: int = 10
     directions: int = 2
     translations: str = "0.05,0.1,0.2,0.5,1.0"  # [m], as in the paper
     rotations: str = "0.1,0.25"                 # [rad]
-    clouds: tuple = ("GICP", "ICP_plane", "ICP")
+    clouds: tuple = ("GICP", "ICP_plane")
     paper: tuple = ("SDF",)        # rows of PAPER_FIELDS, compressed
     dense: tuple = ()              # the same, not compressed
     small_clouds: bool = False     # clouds in as many bytes as our map
@@ -46,9 +46,9 @@ class Plan:
 
 QUICK = Plan(scans=5, directions=1, translations="0.05,0.2,0.5", rotations="0.25", clouds=("GICP",), paper=())
 # The paper's own sweep: all magnitudes, five directions, every method.
-PAPER_SWEEP = Plan(directions=5, rotations="0.01,0.02,0.05,0.1,0.25", clouds=tuple(CLOUDS), paper=tuple(PAPER_FIELDS),
+PAPER_SWEEP = Plan(scans=20, directions=5, rotations="0.01,0.02,0.05,0.1,0.25", clouds=tuple(CLOUDS), paper=tuple(PAPER_FIELDS),
                    dense=("SDF", "TSDF"), small_clouds=True, without_prior=tuple(WITHOUT_PRIOR))
-SWEPT_AS_IN_THE_PAPER = ("redkitchen", "apartment")
+SWEPT_AS_IN_THE_PAPER = {"redkitchen": PAPER_SWEEP, "apartment": replace(PAPER_SWEEP, scans=10)}
 
 
 @dataclass
@@ -107,11 +107,11 @@ class SceneProtocol:
         step = self.steps.parts[name] = Step(
             f"{self.scene.name}/small_cloud",
             ["@results", "small_cloud", "--frames", self.frames, "--depth-scale", self.scene.depth_scale, "--map-every", every,
-             "--map-offset", offset, "--bytes-of", (as_small_as, "/" + MAP), "--output", OUT], ("baselines",))
+             "--map-offset", offset, "--bytes-of", (as_small_as, "/" + MAP), "--output", OUT], ("sweep",))
         return step
 
     def ours(self):
-        register = ("baselines", "register")
+        register = ("sweep", "register")
         maps = {rank: self.build(f"r{rank}", "--max-rank", rank) for rank in RANKS}
         methods = [(f"ours_r{rank}=track:map=", maps[rank], f"/{MAP}{self.settings}") for rank in RANKS]
         if self.plan.dense:
@@ -137,14 +137,14 @@ class SceneProtocol:
     def clouds(self):
         cell = ["--map-every", self.scene.mapped[0], "--map-offset", self.scene.mapped[1], "--cell", self.scene.cloud_cell]
         if self.plan.clouds:
-            self.sweep("clouds", ("baselines",), [f"{name}={CLOUDS[name]}" for name in self.plan.clouds], *cell)
+            self.sweep("clouds", ("sweep",), [f"{name}={CLOUDS[name]}" for name in self.plan.clouds], *cell)
         if self.plan.without_prior:
-            self.sweep("without_prior", ("baselines",),
+            self.sweep("without_prior", ("sweep",),
                        [f"{name}={WITHOUT_PRIOR[name]}" for name in self.plan.without_prior], *cell, once=True)
         if self.plan.small_clouds:
             small = self.small_cloud(self.steps.maps["r40"], "small_cloud")
             del self.steps.parts["small_cloud"]  # no sweep: a step of the next one
-            self.sweep("small_clouds", ("baselines",), ["GICP_small=gicp", "ICP_plane_small=open3d_icp_plane"],
+            self.sweep("small_clouds", ("sweep",), ["GICP_small=gicp", "ICP_plane_small=open3d_icp_plane"],
                        "--map-cloud", (small, "/cloud.ply"))
 
 

@@ -48,7 +48,7 @@ class Questions:
                     ["ttsdf_evaluate", "--map", (self.maps[place], "/" + protocol.MAP), "--frames", builder.frames, "--every",
                      every, "--offset", offset, "--depth-scale", builder.scene.depth_scale, "--translations", "0.05",
                      "--rotations", "none", "--directions", 1, "--quiet", "--output", OUT + "/" + protocol.LOG, "--methods",
-                     "global", *hint], ("baselines", "register"))
+                     "global", *hint], ("sweep", "register"))
 
 
 def global_section(store, questions):
