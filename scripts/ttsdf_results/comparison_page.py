@@ -91,7 +91,10 @@ def scene_section(name, figures, picture):
                        f"{cell['milliseconds']:.3g}", file_bytes(method, figures), size(row.get("paper_bytes")),
                        size(row.get("memory_bytes"))])
     runs = max(row["all"]["runs"] for row in methods.values())
-    parts = [f"## {name}", f"{figures['what']}; {figures['scans']} scans, {runs} runs per method."]
+    agreement = figures["maps"].get("r40", {}).get("frame_agreement_m")
+    agree = "" if agreement is None else (f" The frames of the map agree to {millis(agreement)} mm and "
+                                          f"{millis(figures['maps']['r40']['frame_agreement_rad'])} mrad.")
+    parts = [f"## {name}", f"{figures['what']}; {figures['scans']} scans, {runs} runs per method.{agree}"]
     if picture:
         parts.append(f"![errors and success over the perturbation]({picture})")
     parts += ["Success [%] by perturbation, and wrong answers accepted [%]:", markdown(["method", *heads, "wrong"], success),
@@ -111,7 +114,7 @@ def file_bytes(method, figures):
     names = {"ours_r40": "r40", "ours_r60": "r60", "ours_search": "r40", "TT-SDF": "tt-SDF", "TT-TSDF": "tt-TSDF",
              "TT-SDF_signed": "tt-SDF_signed", "TT-SDF_negative": "tt-SDF_negative", "GICP_small": "r40",
              "ICP_plane_small": "r40"}
-    made = figures["maps"].get(names.get(method, ""))
+    made = figures["maps"].get(names.get(method, "none"))
     return size(made["file_bytes"]) if made else "-"
 
 
