@@ -9,14 +9,16 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 COMMON = ("tensor", "geometry", "options")
 MAP = (*COMMON, "field", "map")
+# Folders of src/ and include/, or files of them without their endings.
 PARTS = {
     "frames": (*COMMON, "frames"),
-    "simulate": (*COMMON, "simulation"),
+    "simulate": (*COMMON, "simulation", "evaluation/synthetic_frames"),
     "build": (*MAP, "frames", "fusion", "surface", "signed_field", "mesh", "build_steps", "compression", "mapping"),
-    "register": (*MAP, "registration"),
+    "register": (*MAP, "registration", "evaluation/field_methods"),
     "localize": (*MAP, "registration", "localization"),
-    "paper": (*MAP, "frames", "evaluation"),
-    "sweep": ("evaluation",),  # methods of others do not depend on our code; tests pin how frames are read
+    "paper": (*MAP, "evaluation/paper_method"),
+    # methods of others do not depend on our code; tests pin how frames are read
+    "sweep": tuple(f"evaluation/{name}" for name in ("cloud_methods", "open3d_methods", "scan_set", "perturbation", "sweep")),
 }
 ENDINGS = (".cpp", ".h")
 # Strings first: a comment's marks within them start none.
@@ -32,12 +34,17 @@ def essence_words(text):
     return re.sub(r"\s+", " ", essence(text))
 
 
+def files_of(entry, root=ROOT):
+    for base in (root / "src" / entry, root / "include" / "ttsdf_localization" / entry):
+        found = base.rglob("*") if base.is_dir() else base.parent.glob(base.name + ".*")
+        yield from sorted(file for file in found if file.suffix in ENDINGS)
+
+
 @functools.lru_cache(maxsize=None)
 def folder_digest(folder, root=ROOT):
     result = hashlib.sha256()
-    for base in (root / "src" / folder, root / "include" / "ttsdf_localization" / folder):
-        for file in sorted(p for p in base.rglob("*") if p.suffix in ENDINGS):
-            result.update(essence_words(file.read_text()).encode() + b"\0")
+    for file in files_of(folder, root):
+        result.update(essence_words(file.read_text()).encode() + b"\0")
     return result.hexdigest()
 
 
@@ -49,10 +56,3 @@ def digest(parts):
     """Of the sources of these parts."""
     text = "".join(folder + folder_digest(folder) for folder in folders(parts))
     return hashlib.sha256(text.encode()).hexdigest()[:12]
-
-
-def newest_source(parts):
-    """(time of the last change, file)."""
-    files = [file for folder in folders(parts) for base in ("src", "include/ttsdf_localization")
-             for file in (ROOT / base / folder).rglob("*") if file.suffix in ENDINGS]
-    return max((file.stat().st_mtime, str(file.relative_to(ROOT))) for file in files)

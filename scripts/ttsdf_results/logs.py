@@ -8,7 +8,7 @@ import numpy as np
 
 SUCCESS_DISTANCE = 0.05  # [m], as in evaluation/sweep.h
 CONSISTENT = 16.8        # 99 % of a chi-squared distribution of six degrees of freedom lie below it
-NUMBERS = ("magnitude", "translation_error", "rotation_error", "ms", "cpu_ms", "mahalanobis_squared")
+NUMBERS = ("magnitude", "translation_error", "rotation_error", "ms", "cpu_ms", "mahalanobis_squared", "confidence")
 
 
 class LogError(Exception):

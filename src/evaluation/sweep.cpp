@@ -102,6 +102,7 @@ void runSweep(const SweepRun& run, Method& method, const std::vector<EvaluationS
       record.rotation_error = infiniteIfNan(error.rotation);
       record.offset = scan.T_map_sensor.inverse() * result.estimate.T_map_sensor.translation();
       record.mahalanobis_squared = mahalanobisSquared(scan.T_map_sensor, result.estimate);
+      record.confidence = result.estimate.confidence;
       record.accepted = result.estimate.accepted;
       record.reason = result.estimate.reason;
       record.iterations = result.estimate.iterations;

@@ -16,11 +16,11 @@ sys.path.insert(0, str(SCRIPTS))
 from ttsdf_results import check, code, comparison_page, figures, logs, protocol, scenes, small_cloud, store  # noqa: E402
 
 HEADER = ("dataset,method,scan,kind,magnitude,direction,translation_error,rotation_error,accepted,reason,iterations,ms,cpu_ms,"
-          "dx,dy,dz,mahalanobis_squared")
+          "dx,dy,dz,mahalanobis_squared,confidence")
 
 
 def line(method, error, magnitude=0.1, kind="translation", accepted=1, distance="nan", n=0):
-    return f"kitchen,{method},scan{n},{kind},{magnitude},{n},{error},{error / 10},{accepted},converged,3,2,2,0,0,0,{distance}"
+    return f"kitchen,{method},scan{n},{kind},{magnitude},{n},{error},{error / 10},{accepted},converged,3,2,2,0,0,0,{distance},nan"
 
 
 class FolderTest(unittest.TestCase):
@@ -53,7 +53,7 @@ class Logs(FolderTest):
 
     def test_a_bad_row_is_named(self):
         with self.assertRaisesRegex(logs.LogError, "line 2"):
-            self.log(["kitchen,ours,scan,translation,far,0,1,1,1,x,1,1,1,0,0,0,nan"])
+            self.log(["kitchen,ours,scan,translation,far,0,1,1,1,x,1,1,1,0,0,0,nan,nan"])
 
 
 class Store(FolderTest):
@@ -113,8 +113,7 @@ class Code(FolderTest):
 
     def test_every_part_names_folders_that_exist(self):
         for folder in code.folders(code.PARTS):
-            self.assertTrue((code.ROOT / "src" / folder).is_dir() or
-                            (code.ROOT / "include" / "ttsdf_localization" / folder).is_dir(), folder)
+            self.assertTrue(list(code.files_of(folder)), folder)
 
     def test_a_page_is_out_of_date_when_its_code_changed(self):
         facts = {"commit": "abc", "code": {"register": code.digest(("register",))}}

@@ -1,6 +1,7 @@
 #pragma once
 // What the evaluation compares: anything that turns a scan and a prior into a pose.
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +20,8 @@ struct Estimate {
   std::string reason;
   /// Of the left perturbation [rotation; translation] about the sensor's position, as RegistrationResult's.
   std::optional<Matrix6d> covariance = std::nullopt;
+  double confidence =
+      std::numeric_limits<double>::quiet_NaN();  ///< that the pose is right [0, 1]; NaN: not said
 };
 
 class Method {

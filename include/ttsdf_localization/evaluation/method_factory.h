@@ -18,7 +18,7 @@ namespace ttsdf {
 struct MethodSpec {
   std::string label;  ///< default: the spec itself, with blanks for commas
   std::string kind;   ///< prior | track | search | global | paper | icp | icp_plane | gicp | ndt | open3d_icp
-                     ///< | open3d_icp_plane | fgr | ransac
+                      ///< | open3d_icp_plane | fgr | ransac
   /// For the field methods: map=FILE, interpolation=nearest|trilinear, dense=true (the decompressed field),
   /// and every option of registration, search and global localization. For the cloud methods: their options.
   std::vector<std::pair<std::string, std::string>> settings;

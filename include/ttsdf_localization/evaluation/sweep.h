@@ -34,6 +34,7 @@ struct SweepRecord {
   double cpu_milliseconds = 0.0;  ///< processor time: fair on a busy machine for methods of one thread
   /// Squared Mahalanobis distance of the true pose under the method's covariance; NaN if it has none.
   double mahalanobis_squared = std::numeric_limits<double>::quiet_NaN();
+  double confidence = std::numeric_limits<double>::quiet_NaN();  ///< as the method said; NaN if it does not
 
   bool success() const { return translation_error < kSuccessDistance; }
 };
