@@ -2,9 +2,11 @@
 
 from . import facts as facts_of
 from . import plots
+from .logs import succeeded
 from .text import bold, known, markdown, millis, percent, size
 
 OURS = "ours_r40"
+CONFIDENCES = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
 COLUMNS = ("ours_r40", "ours_r60", "GICP", "ICP_plane", "ICP", "NDT", "TT-SDF")
 METHODS = """
 | row | what it is |
@@ -118,6 +120,20 @@ def file_bytes(method, figures):
     return size(made["file_bytes"]) if made else "-"
 
 
+def reliability_section(rows):
+    """How often ours is right where it says how sure it is, over all scenes."""
+    said = [r for part in rows.values() for r in part if r["method"] in ("ours_r40", "ours_r60") and known(r["confidence"])]
+    if not said:
+        return ""
+    lines = []
+    for low, high in zip(CONFIDENCES, CONFIDENCES[1:]):
+        inside = [r for r in said if low <= r["confidence"] < high or high == 1.0 and r["confidence"] == 1.0]
+        if inside:
+            lines.append([f"{low:g} to {high:g}", len(inside), percent(sum(map(succeeded, inside)) / len(inside), 1)])
+    return ("## Confidence\n\nAll scenes and perturbations, ours at both ranks: a calibrated confidence is right as often as it "
+            "says.\n\n" + markdown(["confidence", "answers", "within 5 cm [%]"], lines))
+
+
 def write(folder, facts, scenes, rows):
     """`scenes`: name -> figures; `rows`: name -> rows of the logs. Returns the pages."""
     sections = []
@@ -133,7 +149,8 @@ def write(folder, facts, scenes, rows):
         "[the node](node.md).",
         "## All scenes", "Success up to 0.5 m and 0.25 rad [%], in brackets answers that are accepted and wrong [%]:",
         summary_table(scenes), "Median of the successes there [mm / mrad]:", median_table(scenes), NOTES.strip(),
-        "## Methods", METHODS.strip(), *sections])
+        reliability_section(rows),
+        "## Methods", METHODS.strip(), *sections]).replace("\n\n\n\n", "\n\n")
     page = facts_of.write(folder, "README", text, facts, scenes)
     limits = facts_of.write(folder, "limits", limits_text(facts, scenes), facts, {})
     return page, limits

@@ -173,6 +173,11 @@ class Page(FolderTest):
         self.assertIn(["kitchen", "median translation [mm]", "10.0", "GICP 5.0"], behind)
         self.assertEqual(doubt[0][:3], ["kitchen", "ours_r40", "25.0"])
 
+    def test_confidence_is_held_against_what_came_true(self):
+        rows = self.log([line("ours_r40", e, n=n).replace(",nan", ",0.97") for n, e in enumerate([0.01, 0.01, 0.01, 0.4])])
+        self.assertEqual(rows[0]["confidence"], 0.97)
+        self.assertIn("| 0.95 to 0.99 | 4 | 75.0 |", comparison_page.reliability_section({"kitchen": rows}))
+
     def test_where_none_is_ahead_nothing_is_said(self):
         self.assertEqual(self.limits([0.01] * 4, [0.02, 0.4, 0.4, 0.4]), ([], []))
 
