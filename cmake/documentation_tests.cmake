@@ -24,6 +24,14 @@ if(TARGET documentation_map_format_test)
     TTSDF_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}" TTSDF_PYTHON="${TTSDF_PYTHON}")
 endif()
 
+if(TTSDF_BUILD_TESTS)
+  # The figures of doc/results and README are of today's code, and the commands of the pages for beginners work.
+  add_test(NAME results_current_test COMMAND "${TTSDF_PYTHON}" -B "${CMAKE_CURRENT_SOURCE_DIR}/test/documentation/results_current_test.py")
+  add_test(NAME documentation_commands_test COMMAND "${TTSDF_PYTHON}" -B
+    "${CMAKE_CURRENT_SOURCE_DIR}/test/documentation/commands_test.py" "$<TARGET_FILE_DIR:ttsdf_build>")
+  set_tests_properties(documentation_commands_test PROPERTIES TIMEOUT 600)
+endif()
+
 if(TTSDF_BUILD_ROS)
   ttsdf_unit_test(architecture/robot_libraries_test.cpp)
   if(TARGET architecture_robot_libraries_test)

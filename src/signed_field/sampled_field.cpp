@@ -18,7 +18,7 @@ SampledField sampleRelativeToOrigin(const TsdfVolume& volume, const BuildOptions
   const ObservedGrid observed = observedGrid(volume, margin, options.threads);
   read_step.report(1.0);
   if (options.field == "tsdf") return sampleTruncatedDistance(observed, options, progress);
-  if (options.sdf_method == "occupancy_edt") return sampleOccupancyDistance(observed, options, progress);
+  if (options.sdf_method != "surface") return sampleOccupancyDistance(observed, options, progress);
   return sampleSurfaceDistance(observed, options, progress);
 }
 

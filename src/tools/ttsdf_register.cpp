@@ -4,7 +4,7 @@
 #include <fstream>
 #include <iostream>
 
-#include "ttsdf_localization/evaluation/method_factory.h"
+#include "ttsdf_localization/evaluation/method.h"
 #include "ttsdf_localization/evaluation/statistics.h"
 #include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/localization/pose_covariance.h"

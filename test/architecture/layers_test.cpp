@@ -67,6 +67,7 @@ const std::map<std::string, Names> kOnlyIn = {
     {"assimp", {"mesh"}},
     {"tbb", {"build_steps", "fusion"}},
     {"pcl", {"evaluation", "pcl"}},
+    {"open3d", {"evaluation"}},
     {"boost", {"tools", "ros", "nodes"}},
     {"yaml-cpp", {"tools", "ros"}},
     {"json", {"tools", "ros"}},

@@ -28,8 +28,7 @@ SECTIONS = (
       "simulated_camera_node", "demo_node")),
     ("Scripts", "In `scripts/`.",
      ("demo", "test", "setup", "build", "frames_from", "frames_to_bag", "frames_to_batch", "evaluate_trajectory",
-      "results", "map_results", "evaluate", "registration_report", "consistency", "replay_results", "long_drive",
-      "plot_evaluation", "plot_map", "benchmark", "screenshot", "update_pages")),
+      "evaluate", "results", "consistency", "plot_map", "benchmark", "screenshot", "update_pages")),
 )
 
 

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """Drives a simulated robot round a room for as long as you like and watches the localization node: memory, CPU, latency,
 stamps of its transforms, errors against the truth. Ends with exit code 1 if one of its limits is not kept.
 
@@ -24,7 +23,7 @@ import time
 
 import numpy as np
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "test", "ros"))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "test", "ros"))
 
 RATE = 30.0           # scans per second, in the clock of the stamps
 POSES = 360           # on the closed path
@@ -32,12 +31,12 @@ MEMORY_GROWTH = 1.0   # [MB] allowed after the first minute
 CPU_LIMIT = 35.0      # [% of one core]
 
 
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def parse_arguments(arguments):
+    parser = argparse.ArgumentParser(prog="results long_drive", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scans", type=int, default=50000, help="of the phase drive (default 50000)")
     parser.add_argument("--seconds", type=float, default=60.0, help="of the phase load (default 60; 0: leave it out)")
     parser.add_argument("--width", type=int, default=64, help="columns of the clouds of the phase drive (default 64)")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     if options.scans < 0 or options.seconds < 0.0:
         parser.error("got --scans %d --seconds %g, wanted 0 or more" % (options.scans, options.seconds))
     return options
@@ -291,8 +290,8 @@ def load(world, options):
     return driver.times_lost == 0 and not_rising == 0 and delays.max() < 0.0 and percent <= CPU_LIMIT
 
 
-def main():
-    options = parse_arguments()
+def main(arguments):
+    options = parse_arguments(arguments)
     good = True
     with World() as world:
         import rospy
@@ -305,6 +304,3 @@ def main():
     print("every limit kept" if good else "NOT every limit kept")
     return 0 if good else 1
 
-
-if __name__ == "__main__":
-    sys.exit(main())
