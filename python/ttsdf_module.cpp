@@ -1,4 +1,5 @@
-// The Python module `ttsdf`: numpy in and out, options by keyword, errors as ValueError with the library's own words.
+// The Python module `ttsdf`: numpy in and out, options by keyword, errors as ValueError with the library's
+// own words.
 
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
@@ -64,14 +65,16 @@ std::string shapeOf(const py::array& array) {
 template <class T>
 Eigen::Map<const Eigen::Matrix<T, 3, Eigen::Dynamic>> columns(const Array<T>& array, const char* what) {
   if (array.ndim() != 2 || array.shape(1) != 3) {
-    throw std::invalid_argument(std::string(what) + ": got an array of shape " + shapeOf(array) + ", wanted (n, 3)");
+    throw std::invalid_argument(std::string(what) + ": got an array of shape " + shapeOf(array) +
+                                ", wanted (n, 3)");
   }
   return {array.data(), 3, array.shape(0)};
 }
 
 Eigen::Isometry3d poseOf(const Array<double>& array, const char* what) {
   if (array.ndim() != 2 || array.shape(0) != 4 || array.shape(1) != 4) {
-    throw std::invalid_argument(std::string(what) + ": got an array of shape " + shapeOf(array) + ", wanted (4, 4)");
+    throw std::invalid_argument(std::string(what) + ": got an array of shape " + shapeOf(array) +
+                                ", wanted (4, 4)");
   }
   return orthonormalized(Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(array.data()));
 }
@@ -88,7 +91,8 @@ py::array asRows(Matrix&& matrix) {
 
 class PyMap {
  public:
-  PyMap(TtSdfMap map, std::vector<std::uint8_t> bytes) : map_(std::move(map)), bytes_(std::move(bytes)), field_(makeField(map_)) {}
+  PyMap(TtSdfMap map, std::vector<std::uint8_t> bytes)
+      : map_(std::move(map)), bytes_(std::move(bytes)), field_(makeField(map_)) {}
 
   static std::unique_ptr<PyMap> load(const std::string& path) {
     std::vector<std::uint8_t> bytes = readFile(path);
@@ -114,7 +118,8 @@ py::tuple query(const PyMap& self, const Array<double>& points) {
   {
     const py::gil_scoped_release released;
     samples = self.field()->evaluate((in.colwise() - self.field()->geometry().origin).cast<float>().eval());
-    for (Eigen::Index n = 0; n < valid.size(); ++n) valid[n] = samples.states[static_cast<std::size_t>(n)] == PointState::kValid;
+    for (Eigen::Index n = 0; n < valid.size(); ++n)
+      valid[n] = samples.states[static_cast<std::size_t>(n)] == PointState::kValid;
   }
   return py::make_tuple(samples.values, asRows(std::move(samples.gradients)), valid);
 }
@@ -183,7 +188,9 @@ class PyRegistration {
   py::dict rest_;
 };
 
-std::unique_ptr<PyMap> finish(BuiltMap built) { return std::make_unique<PyMap>(std::move(built.map), std::move(built.bytes)); }
+std::unique_ptr<PyMap> finish(BuiltMap built) {
+  return std::make_unique<PyMap>(std::move(built.map), std::move(built.bytes));
+}
 
 struct Options {
   FusionOptions fusion;
@@ -193,7 +200,8 @@ struct Options {
 Options optionsOf(py::dict keywords) {
   Options options;
   // `threads` is in both tables.
-  if (keywords.contains("threads")) buildOptionTable().setFromText(options.build, "threads", textOf(keywords["threads"]));
+  if (keywords.contains("threads"))
+    buildOptionTable().setFromText(options.build, "threads", textOf(keywords["threads"]));
   take(keywords, fusionOptionTable(), options.fusion);
   take(keywords, buildOptionTable(), options.build);
   refuseRest(keywords);
@@ -203,7 +211,9 @@ Options optionsOf(py::dict keywords) {
 /// A depth image as metres; integers are divided by depth_scale.
 DepthImage depthOf(const py::handle& item, double depth_scale) {
   const auto array = py::cast<py::array>(item);
-  if (array.ndim() != 2) throw std::invalid_argument("depth image: got an array of shape " + shapeOf(array) + ", wanted (height, width)");
+  if (array.ndim() != 2)
+    throw std::invalid_argument("depth image: got an array of shape " + shapeOf(array) +
+                                ", wanted (height, width)");
   const bool metres = array.dtype().kind() == 'f';
   const Array<float> values = py::cast<Array<float>>(array);
   DepthImage image;
@@ -216,19 +226,23 @@ DepthImage depthOf(const py::handle& item, double depth_scale) {
   return image;
 }
 
-std::unique_ptr<PyMap> buildFrames(const py::iterable& depths, const py::iterable& poses, const Array<double>& intrinsics,
-                                   double depth_scale, const py::kwargs& keywords) {
+std::unique_ptr<PyMap> buildFrames(const py::iterable& depths, const py::iterable& poses,
+                                   const Array<double>& intrinsics, double depth_scale,
+                                   const py::kwargs& keywords) {
   const Options options = optionsOf(keywords);
   CameraIntrinsics camera;
   if (intrinsics.ndim() == 2 && intrinsics.shape(0) >= 3 && intrinsics.shape(1) >= 3) {
     camera.fx = intrinsics.at(0, 0), camera.fy = intrinsics.at(1, 1);
     camera.cx = intrinsics.at(0, 2), camera.cy = intrinsics.at(1, 2);
   } else if (intrinsics.ndim() == 1 && intrinsics.shape(0) == 4) {
-    camera.fx = intrinsics.at(0), camera.fy = intrinsics.at(1), camera.cx = intrinsics.at(2), camera.cy = intrinsics.at(3);
+    camera.fx = intrinsics.at(0), camera.fy = intrinsics.at(1), camera.cx = intrinsics.at(2),
+    camera.cy = intrinsics.at(3);
   } else {
-    throw std::invalid_argument("intrinsics: got an array of shape " + shapeOf(intrinsics) + ", wanted (3, 3) or fx, fy, cx, cy");
+    throw std::invalid_argument("intrinsics: got an array of shape " + shapeOf(intrinsics) +
+                                ", wanted (3, 3) or fx, fy, cx, cy");
   }
-  if (!(depth_scale > 0.0)) throw std::invalid_argument("depth_scale: got " + std::to_string(depth_scale) + ", wanted above 0");
+  if (!(depth_scale > 0.0))
+    throw std::invalid_argument("depth_scale: got " + std::to_string(depth_scale) + ", wanted above 0");
   TsdfVolume volume(options.fusion);
   auto pose = py::iter(poses);
   for (const auto& item : depths) {
@@ -244,16 +258,19 @@ std::unique_ptr<PyMap> buildFrames(const py::iterable& depths, const py::iterabl
   return finish(buildMap(volume, options.build));
 }
 
-std::unique_ptr<PyMap> buildMesh(const Array<double>& vertices, const Array<int>& triangles, const py::kwargs& keywords) {
+std::unique_ptr<PyMap> buildMesh(const Array<double>& vertices, const Array<int>& triangles,
+                                 const py::kwargs& keywords) {
   const Options options = optionsOf(keywords);
   const auto v = columns(vertices, "vertices");
   SurfaceMesh mesh;
   mesh.triangles = columns(triangles, "triangles");
-  if (v.cols() == 0 || !v.allFinite()) throw std::invalid_argument("vertices: got none, or some that are not finite");
+  if (v.cols() == 0 || !v.allFinite())
+    throw std::invalid_argument("vertices: got none, or some that are not finite");
   const py::gil_scoped_release released;
   mesh.origin = localOrigin(v.rowwise().minCoeff(), v.rowwise().maxCoeff());
   mesh.vertices = (v.colwise() - mesh.origin).cast<float>();
-  return finish(compress(sampleMesh(mesh, options.fusion.voxel_size, options.build), options.fusion, options.build));
+  return finish(
+      compress(sampleMesh(mesh, options.fusion.voxel_size, options.build), options.fusion, options.build));
 }
 
 std::unique_ptr<PyMap> buildCloud(const Array<double>& points, const std::optional<Array<float>>& normals,
@@ -298,7 +315,8 @@ py::dict occupancy(const PyMap& self, double resolution, double min_height, doub
 }  // namespace
 
 PYBIND11_MODULE(ttsdf, m) {
-  m.doc() = "Signed distance maps compressed with the tensor-train decomposition: build, query, localize in them.";
+  m.doc() =
+      "Signed distance maps compressed with the tensor-train decomposition: build, query, localize in them.";
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
@@ -314,8 +332,9 @@ PYBIND11_MODULE(ttsdf, m) {
   });
 
   py::class_<RegistrationResult>(m, "Result", "What a registration found.")
-      .def_property_readonly("pose", [](const RegistrationResult& r) { return Eigen::Matrix4d(r.T_map_sensor.matrix()); },
-                             "T_map_sensor, 4 x 4")
+      .def_property_readonly(
+          "pose", [](const RegistrationResult& r) { return Eigen::Matrix4d(r.T_map_sensor.matrix()); },
+          "T_map_sensor, 4 x 4")
       .def_readonly("success", &RegistrationResult::success)
       .def_property_readonly("reason", [](const RegistrationResult& r) { return name(r.reason); })
       .def_readonly("iterations", &RegistrationResult::iterations)
@@ -324,10 +343,12 @@ PYBIND11_MODULE(ttsdf, m) {
       .def_readonly("inlier_ratio", &RegistrationResult::inlier_ratio)
       .def_readonly("score", &RegistrationResult::score)
       .def_readonly("milliseconds", &RegistrationResult::milliseconds)
-      .def_property_readonly("covariance", [](const RegistrationResult& r) { return r.covariance; },
-                             "6 x 6, [rotation; translation] about the sensor's position")
+      .def_property_readonly(
+          "covariance", [](const RegistrationResult& r) { return r.covariance; },
+          "6 x 6, [rotation; translation] about the sensor's position")
       .def("__repr__", [](const RegistrationResult& r) {
-        return std::string("<ttsdf.Result ") + (r.success ? "success" : "no success") + ", " + name(r.reason) + ">";
+        return std::string("<ttsdf.Result ") + (r.success ? "success" : "no success") + ", " +
+               name(r.reason) + ">";
       });
 
   py::class_<PyMap>(m, "Map", "A compressed map.")
@@ -336,34 +357,45 @@ PYBIND11_MODULE(ttsdf, m) {
            "Points (n, 3) of the map frame -> distances (n), gradients (n, 3), valid (n).")
       .def_property_readonly("info", &info)
       .def("surface", &surface, "Vertices (n, 3) and triangles (m, 3) of the zero level.")
-      .def("occupancy", &occupancy, py::arg("resolution") = 0.0, py::arg("min_height") = -1e9, py::arg("max_height") = 1e9,
+      .def("occupancy", &occupancy, py::arg("resolution") = 0.0, py::arg("min_height") = -1e9,
+           py::arg("max_height") = 1e9,
            "Cells of nav_msgs/OccupancyGrid: -1 unknown, 0 free, 100 occupied; rows rise with y.")
-      .def("registration", [](const PyMap& map, py::kwargs options) { return std::make_unique<PyRegistration>(map, options); },
-           "A registration of scans in this map; options of the tables registration, search and global by keyword.")
+      .def(
+          "registration",
+          [](const PyMap& map, py::kwargs options) { return std::make_unique<PyRegistration>(map, options); },
+          "A registration of scans in this map; options of the tables registration, search and global by "
+          "keyword.")
       .def("__repr__", [](const PyMap& self) {
         const auto& d = self.map().geometry.dims;
-        return "<ttsdf.Map " + std::to_string(d[0]) + " x " + std::to_string(d[1]) + " x " + std::to_string(d[2]) + ", " +
-               std::to_string(self.bytes().size()) + " bytes>";
+        return "<ttsdf.Map " + std::to_string(d[0]) + " x " + std::to_string(d[1]) + " x " +
+               std::to_string(d[2]) + ", " + std::to_string(self.bytes().size()) + " bytes>";
       });
 
-  py::class_<PyRegistration>(m, "Registration", "Localizes scans, points (n, 3) of the sensor's frame [m], in a map.")
+  py::class_<PyRegistration>(m, "Registration",
+                             "Localizes scans, points (n, 3) of the sensor's frame [m], in a map.")
       .def("track", &PyRegistration::track, py::arg("points"), py::arg("prior"))
       .def("search", &PyRegistration::search, py::arg("points"), py::arg("prior"))
       .def("globally", &PyRegistration::global, py::arg("points"), py::arg("gravity") = std::nullopt,
            py::arg("map_down") = Eigen::Vector3d(0.0, 0.0, -1.0));
 
   m.def("load", &PyMap::load, py::arg("path"), "Reads a map file.");
-  m.def("read_points", [](const std::string& path) { return asRows(readCloudFile(path).points); }, py::arg("path"),
-        "Points (n, 3) of a .pcd, .ply, .xyz, .csv or .bin file.");
-  m.def("read_mesh", [](const std::string& path, double scale) {
-          SurfaceMesh mesh = readMesh(path, scale);
-          Eigen::Matrix3Xd vertices = mesh.vertices.cast<double>().colwise() + mesh.origin;
-          return py::make_tuple(asRows(std::move(vertices)), asRows(std::move(mesh.triangles)));
-        },
-        py::arg("path"), py::arg("scale") = 1.0, "Vertices (n, 3) and triangles (m, 3).");
-  m.def("build_frames", &buildFrames, py::arg("depths"), py::arg("poses"), py::arg("intrinsics"), py::arg("depth_scale") = 1000.0,
-        "A map of depth images (integers: divided by depth_scale; floats: metres) with their camera-to-world poses.");
+  m.def(
+      "read_points", [](const std::string& path) { return asRows(readCloudFile(path).points); },
+      py::arg("path"), "Points (n, 3) of a .pcd, .ply, .xyz, .csv or .bin file.");
+  m.def(
+      "read_mesh",
+      [](const std::string& path, double scale) {
+        SurfaceMesh mesh = readMesh(path, scale);
+        Eigen::Matrix3Xd vertices = mesh.vertices.cast<double>().colwise() + mesh.origin;
+        return py::make_tuple(asRows(std::move(vertices)), asRows(std::move(mesh.triangles)));
+      },
+      py::arg("path"), py::arg("scale") = 1.0, "Vertices (n, 3) and triangles (m, 3).");
+  m.def("build_frames", &buildFrames, py::arg("depths"), py::arg("poses"), py::arg("intrinsics"),
+        py::arg("depth_scale") = 1000.0,
+        "A map of depth images (integers: divided by depth_scale; floats: metres) with their camera-to-world "
+        "poses.");
   m.def("build_mesh", &buildMesh, py::arg("vertices"), py::arg("triangles"), "A map of a triangle mesh [m].");
-  m.def("build_cloud", &buildCloud, py::arg("points"), py::arg("normals") = std::nullopt, py::arg("viewpoint") = std::nullopt,
-        py::arg("seen_from_inside") = true, "A map of points of surfaces [m].");
+  m.def("build_cloud", &buildCloud, py::arg("points"), py::arg("normals") = std::nullopt,
+        py::arg("viewpoint") = std::nullopt, py::arg("seen_from_inside") = true,
+        "A map of points of surfaces [m].");
 }

@@ -33,7 +33,8 @@ std::string describeOutliers(const std::vector<Eigen::Vector3d>& points, const s
   std::vector<double> values(points.size());
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   for (int axis = 0; axis < 3; ++axis) {
-    std::transform(points.begin(), points.end(), values.begin(), [axis](const Eigen::Vector3d& p) { return p[axis]; });
+    std::transform(points.begin(), points.end(), values.begin(),
+                   [axis](const Eigen::Vector3d& p) { return p[axis]; });
     std::nth_element(values.begin(), middle, values.end());
     median[axis] = *middle;
   }
@@ -51,8 +52,8 @@ std::string describeOutliers(const std::vector<Eigen::Vector3d>& points, const s
   const Eigen::Vector3d& farthest = points[distances.back().second];
   std::ostringstream text;
   text << points.size() - apart << " of " << points.size() << ' ' << what << " lie " << distances[apart].first
-       << " m or more from the others' middle (the others at most " << distances[apart - 1].first << " m), the farthest at "
-       << farthest.transpose();
+       << " m or more from the others' middle (the others at most " << distances[apart - 1].first
+       << " m), the farthest at " << farthest.transpose();
   return text.str();
 }
 
@@ -70,10 +71,11 @@ void checkExtent(const Eigen::Vector3d& low, const Eigen::Vector3d& high, double
   const bool fits = extents.sum() <= kMaxSum && samples <= kMaxSamples;
   if (fits && bytes <= memory) return;
   std::ostringstream text;
-  text << "got a box of " << (high - low).transpose() << " m, that is " << extents.transpose() << " samples at voxels of "
-       << voxel_size << " m, ";
+  text << "got a box of " << (high - low).transpose() << " m, that is " << extents.transpose()
+       << " samples at voxels of " << voxel_size << " m, ";
   if (fits) {
-    text << "which needs about " << std::round(bytes / 1e6) << " MB, and " << std::round(memory / 1e6) << " MB are free";
+    text << "which needs about " << std::round(bytes / 1e6) << " MB, and " << std::round(memory / 1e6)
+         << " MB are free";
   } else {
     text << "wanted at most 2^31 samples and extents up to " << kMaxSum << " in sum";
   }

@@ -103,7 +103,8 @@ std::shared_ptr<const DistanceField> makeEvaluationField(const TtSdfMap& map, In
 
 std::size_t fieldPaperBytes(const DistanceField& field) {
   const auto* compressed = dynamic_cast<const TtDistanceField*>(&field);
-  return compressed ? tensorTrainPaperBytes(compressed->modeSizes(), compressed->rank1(), compressed->rank2()) : densePaperBytes(field.geometry().dims);
+  return compressed ? tensorTrainPaperBytes(compressed->modeSizes(), compressed->rank1(), compressed->rank2())
+                    : densePaperBytes(field.geometry().dims);
 }
 
 std::size_t densePaperBytes(const Dims& dims) {

@@ -16,14 +16,16 @@ namespace ttsdf {
 void writeVdb(const TtSdfMap& map, const std::string& path) {
   openvdb::initialize();
   const double largest = std::max(map.clamp_positive, map.truncation);
-  auto grid = openvdb::FloatGrid::create(static_cast<float>(largest > 0.0 ? largest : 3.0 * map.geometry.voxel_size));
+  auto grid =
+      openvdb::FloatGrid::create(static_cast<float>(largest > 0.0 ? largest : 3.0 * map.geometry.voxel_size));
   grid->setName("distance");
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
   const Eigen::Matrix3d R = map.geometry.T_map_grid.linear();
   const Eigen::Vector3d t = map.geometry.T_map_grid.translation();
   openvdb::math::Mat4d matrix = openvdb::math::Mat4d::identity();
   for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) matrix(column, row) = map.geometry.voxel_size * R(row, column);  // row vectors
+    for (int column = 0; column < 3; ++column)
+      matrix(column, row) = map.geometry.voxel_size * R(row, column);  // row vectors
     matrix(3, row) = t[row];
   }
   grid->setTransform(openvdb::math::Transform::createLinearTransform(matrix));
@@ -47,7 +49,8 @@ void writeVdb(const TtSdfMap& map, const std::string& path) {
 
 std::size_t writeOctomap(const TtSdfMap& map, const std::string& path, double resolution) {
   if (!std::isfinite(resolution) || resolution < 0.0) {
-    throw std::invalid_argument("octomap '" + path + "': got a resolution of " + std::to_string(resolution) + " m");
+    throw std::invalid_argument("octomap '" + path + "': got a resolution of " + std::to_string(resolution) +
+                                " m");
   }
   const GridGeometry& g = map.geometry;
   octomap::OcTree tree(resolution > 0.0 ? resolution : g.voxel_size);
@@ -56,7 +59,8 @@ std::size_t writeOctomap(const TtSdfMap& map, const std::string& path, double re
   const Eigen::Vector3d low = g.samplePosition(Eigen::Vector3d::Zero());
   const Eigen::Vector3d high = g.samplePosition((g.dims - 1).cast<double>().matrix());
   if (std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff()) > reach) {
-    throw std::invalid_argument("octomap '" + path + "': got a map " + std::to_string(low.cwiseAbs().maxCoeff()) +
+    throw std::invalid_argument("octomap '" + path + "': got a map " +
+                                std::to_string(low.cwiseAbs().maxCoeff()) +
                                 " m from the origin, wanted at most " + std::to_string(reach) +
                                 " m, which is all that an octree of this resolution holds");
   }
@@ -71,7 +75,8 @@ std::size_t writeOctomap(const TtSdfMap& map, const std::string& path, double re
           const bool occupied = std::abs(value) <= half;
           if (occupied != (pass == 1) || (!occupied && value < 0.0F)) continue;
           const Eigen::Vector3d p = g.samplePosition(Eigen::Vector3d(i, j, k));
-          tree.setNodeValue(octomap::point3d(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())),
+          tree.setNodeValue(octomap::point3d(static_cast<float>(p.x()), static_cast<float>(p.y()),
+                                             static_cast<float>(p.z())),
                             occupied ? tree.getClampingThresMaxLog() : tree.getClampingThresMinLog(), true);
         }
       }

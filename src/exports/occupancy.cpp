@@ -34,12 +34,13 @@ OccupancyImage occupancyOf(const TtSdfMap& map, const OccupancyOptions& options)
   const double voxel = map.geometry.voxel_size;
   OccupancyImage image;
   image.resolution = options.resolution > 0.0 ? options.resolution : std::max(voxel, kLeastResolution);
-  const double low = std::max(options.min_height, box.min().z()), high = std::min(options.max_height, box.max().z());
+  const double low = std::max(options.min_height, box.min().z()),
+               high = std::min(options.max_height, box.max().z());
   if (!(options.resolution >= 0.0 && std::isfinite(options.resolution)) || !(low <= high)) {
     std::ostringstream text;
-    text << "occupancy: got resolution " << options.resolution << " m and heights from " << options.min_height << " to "
-         << options.max_height << " m, wanted a positive resolution and heights within " << box.min().z() << " to "
-         << box.max().z() << " m";
+    text << "occupancy: got resolution " << options.resolution << " m and heights from " << options.min_height
+         << " to " << options.max_height << " m, wanted a positive resolution and heights within "
+         << box.min().z() << " to " << box.max().z() << " m";
     throw std::invalid_argument(text.str());
   }
   const Eigen::Array2d cells = ((box.max() - box.min()).head<2>().array() / image.resolution).ceil().max(1.0);
@@ -49,7 +50,8 @@ OccupancyImage occupancyOf(const TtSdfMap& map, const OccupancyOptions& options)
   }
   image.width = static_cast<int>(cells[0]), image.height = static_cast<int>(cells[1]);
   image.origin = {box.min().x(), box.min().y(), 0.0};
-  image.cells.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height), OccupancyImage::kUnknown);
+  image.cells.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
+                     OccupancyImage::kUnknown);
 
   const int layers = std::max(1, static_cast<int>(std::floor((high - low) / voxel)) + 1);
   // Half the diagonal of a cell at the most: a surface between samples is not missed.
@@ -79,26 +81,32 @@ OccupancyImage occupancyOf(const TtSdfMap& map, const OccupancyOptions& options)
 }
 
 void writeOccupancy(const OccupancyImage& image, const std::string& name) {
-  const std::string stem = name.size() > 4 && (name.rfind(".pgm") == name.size() - 4) ? name.substr(0, name.size() - 4)
-                           : name.size() > 5 && (name.rfind(".yaml") == name.size() - 5) ? name.substr(0, name.size() - 5)
-                                                                                          : name;
+  const std::string stem =
+      name.size() > 4 && (name.rfind(".pgm") == name.size() - 4)    ? name.substr(0, name.size() - 4)
+      : name.size() > 5 && (name.rfind(".yaml") == name.size() - 5) ? name.substr(0, name.size() - 5)
+                                                                    : name;
   constexpr char kFreeGrey = static_cast<char>(254), kUnknownGrey = static_cast<char>(205), kOccupiedGrey = 0;
   std::ofstream picture(stem + ".pgm", std::ios::binary);
   picture << "P5\n" << image.width << ' ' << image.height << "\n255\n";
   for (int row = image.height - 1; row >= 0; --row) {  // pictures begin at the top
     std::string line;
     for (int column = 0; column < image.width; ++column) {
-      const std::int8_t cell = image.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
-                                           static_cast<std::size_t>(column)];
-      line += cell == OccupancyImage::kUnknown ? kUnknownGrey : cell == OccupancyImage::kFree ? kFreeGrey : kOccupiedGrey;
+      const std::int8_t cell =
+          image.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
+                      static_cast<std::size_t>(column)];
+      line += cell == OccupancyImage::kUnknown ? kUnknownGrey
+              : cell == OccupancyImage::kFree  ? kFreeGrey
+                                               : kOccupiedGrey;
     }
     picture.write(line.data(), static_cast<std::streamsize>(line.size()));
   }
   std::ofstream yaml(stem + ".yaml");
-  yaml << std::setprecision(std::numeric_limits<double>::max_digits10) << "image: "
-       << std::filesystem::path(stem).filename().string() << ".pgm\nresolution: " << image.resolution << "\norigin: ["
-       << image.origin.x() << ", " << image.origin.y() << ", 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
-  if (!picture.flush() || !yaml.flush()) throw std::runtime_error("occupancy '" + stem + "': cannot be written");
+  yaml << std::setprecision(std::numeric_limits<double>::max_digits10)
+       << "image: " << std::filesystem::path(stem).filename().string()
+       << ".pgm\nresolution: " << image.resolution << "\norigin: [" << image.origin.x() << ", "
+       << image.origin.y() << ", 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
+  if (!picture.flush() || !yaml.flush())
+    throw std::runtime_error("occupancy '" + stem + "': cannot be written");
 }
 
 }  // namespace ttsdf

@@ -29,12 +29,14 @@ std::string surfaceCells(const std::string& path) {
       tree.reset(occupancy);
       any.release();
     } else if (any) {
-      throw std::runtime_error("octomap '" + path + "': got a tree of type " + shown(any->getTreeType()) + ", wanted OcTree");
+      throw std::runtime_error("octomap '" + path + "': got a tree of type " + shown(any->getTreeType()) +
+                               ", wanted OcTree");
     }
   }
   if (!tree || tree->size() == 0) throw std::runtime_error("octomap '" + path + "': got no octree");
   const double resolution = tree->getResolution();
-  if (!std::isfinite(resolution) || resolution <= 0.0) throw std::runtime_error("octomap '" + path + "': got no resolution");
+  if (!std::isfinite(resolution) || resolution <= 0.0)
+    throw std::runtime_error("octomap '" + path + "': got no resolution");
   tree->expand();  // of pruned cells: their faces then are of one size
   std::vector<double> numbers{resolution};
   for (auto leaf = tree->begin_leafs(), end = tree->end_leafs(); leaf != end; ++leaf) {
@@ -44,7 +46,8 @@ std::string surfaceCells(const std::string& path) {
     for (int n = 0; n < 27; ++n) {
       const int step[3] = {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
       octomap::OcTreeKey beside = key;
-      for (unsigned axis = 0; axis < 3; ++axis) beside[axis] = static_cast<octomap::key_type>(beside[axis] + step[axis]);
+      for (unsigned axis = 0; axis < 3; ++axis)
+        beside[axis] = static_cast<octomap::key_type>(beside[axis] + step[axis]);
       const octomap::OcTreeNode* node = tree->search(beside);
       if (!node || tree->isNodeOccupied(node)) continue;
       const double length = std::sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
@@ -60,7 +63,8 @@ std::string surfaceCells(const std::string& path) {
 
 OrientedCloud readOctomap(const std::string& path, double* resolution) {
   const FileBytes checked("octomap", path);
-  const std::string bytes = runInChild("octomap '" + path + "'", limitsForFile(path), [&path] { return surfaceCells(path); });
+  const std::string bytes =
+      runInChild("octomap '" + path + "'", limitsForFile(path), [&path] { return surfaceCells(path); });
   std::vector<double> numbers(bytes.size() / sizeof(double));
   std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(double));
   if (numbers.size() < 7 || (numbers.size() - 1) % 6 != 0) {

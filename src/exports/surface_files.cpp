@@ -15,7 +15,8 @@ namespace {
 std::string endingOf(const std::string& path) {
   const std::size_t dot = path.rfind('.');
   std::string ending = dot == std::string::npos ? "" : path.substr(dot);
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return ending;
 }
 
@@ -30,18 +31,23 @@ void write(const std::string& path, const std::string& bytes) {
   if (!out.flush()) throw std::runtime_error("'" + path + "': cannot be written");
 }
 
-Eigen::Vector3d vertexOf(const SurfaceMesh& mesh, Eigen::Index n) { return mesh.origin + mesh.vertices.col(n).cast<double>(); }
+Eigen::Vector3d vertexOf(const SurfaceMesh& mesh, Eigen::Index n) {
+  return mesh.origin + mesh.vertices.col(n).cast<double>();
+}
 
 Eigen::Vector3f areaVector(const SurfaceMesh& mesh, Eigen::Index triangle) {
   const Eigen::Vector3f a = mesh.vertices.col(mesh.triangles(0, triangle));
-  return (mesh.vertices.col(mesh.triangles(1, triangle)) - a).cross(mesh.vertices.col(mesh.triangles(2, triangle)) - a);
+  return (mesh.vertices.col(mesh.triangles(1, triangle)) - a)
+      .cross(mesh.vertices.col(mesh.triangles(2, triangle)) - a);
 }
 
 std::string objOf(const SurfaceMesh& mesh) {
   std::ostringstream out;
   out << std::setprecision(std::numeric_limits<double>::digits10);
-  for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n) out << "v " << vertexOf(mesh, n).transpose() << '\n';
-  for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) out << "f " << (mesh.triangles.col(n).array() + 1).transpose() << '\n';
+  for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n)
+    out << "v " << vertexOf(mesh, n).transpose() << '\n';
+  for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n)
+    out << "f " << (mesh.triangles.col(n).array() + 1).transpose() << '\n';
   return out.str();
 }
 
@@ -70,12 +76,14 @@ void writeSurface(const SurfaceMesh& mesh, const std::string& path) {
     write(path, objOf(mesh));
   } else if (ending == ".stl") {
     if (!mesh.origin.isZero()) {
-      throw std::invalid_argument("surface '" + path + "': .stl holds single precision, too little so far from zero; "
+      throw std::invalid_argument("surface '" + path +
+                                  "': .stl holds single precision, too little so far from zero; "
                                   "wanted .ply or .obj");
     }
     write(path, stlOf(mesh));
   } else {
-    throw std::invalid_argument("surface '" + path + "': got ending '" + ending + "', wanted .ply, .obj or .stl");
+    throw std::invalid_argument("surface '" + path + "': got ending '" + ending +
+                                "', wanted .ply, .obj or .stl");
   }
 }
 
@@ -92,9 +100,10 @@ void writeSurfaceCloud(const SurfaceMesh& mesh, const std::string& path) {
   std::ostringstream header;
   if (ending == ".pcd") {
     const char* size = far ? "8" : "4";
-    header << "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z normal_x normal_y normal_z\nSIZE " << size << ' ' << size << ' ' << size
-           << " 4 4 4\nTYPE F F F F F F\nCOUNT 1 1 1 1 1 1\nWIDTH " << mesh.vertices.cols()
-           << "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " << mesh.vertices.cols() << "\nDATA binary\n";
+    header << "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z normal_x normal_y normal_z\nSIZE " << size << ' '
+           << size << ' ' << size << " 4 4 4\nTYPE F F F F F F\nCOUNT 1 1 1 1 1 1\nWIDTH "
+           << mesh.vertices.cols() << "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " << mesh.vertices.cols()
+           << "\nDATA binary\n";
   } else if (ending == ".ply") {
     header << "ply\nformat binary_little_endian 1.0\nelement vertex " << mesh.vertices.cols();
     for (const char* axis : {"x", "y", "z"}) header << "\nproperty " << (far ? "double " : "float ") << axis;
@@ -106,7 +115,8 @@ void writeSurfaceCloud(const SurfaceMesh& mesh, const std::string& path) {
   std::string bytes = header.str();
   for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n) {
     const Eigen::Vector3d p = vertexOf(mesh, n);
-    for (Eigen::Index axis = 0; axis < 3; ++axis) far ? append(bytes, p[axis]) : append(bytes, mesh.vertices(axis, n));
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      far ? append(bytes, p[axis]) : append(bytes, mesh.vertices(axis, n));
     for (Eigen::Index axis = 0; axis < 3; ++axis) append(bytes, normals(axis, n));
   }
   write(path, bytes);
@@ -143,14 +153,17 @@ void writeSlice(const TtSdfMap& map, double height, const std::string& path) {
     const double y = ending == ".csv" ? low.y() + static_cast<double>(row) * g.voxel_size
                                       : low.y() + static_cast<double>(rows - 1 - row) * g.voxel_size;
     for (Eigen::Index c = 0; c < columns; ++c) {
-      points.col(c) =
-          (Eigen::Vector3d(low.x() + static_cast<double>(c) * g.voxel_size, y, height) - field->geometry().origin).cast<float>();
+      points.col(c) = (Eigen::Vector3d(low.x() + static_cast<double>(c) * g.voxel_size, y, height) -
+                       field->geometry().origin)
+                          .cast<float>();
     }
     const FieldSamples samples = field->evaluate(points);
     for (Eigen::Index c = 0; c < columns; ++c) {
       const bool valid = samples.states[static_cast<std::size_t>(c)] == PointState::kValid;
       if (ending == ".csv") {
-        if (valid) text << low.x() + static_cast<double>(c) * g.voxel_size << ',' << y << ',' << samples.values[c] << '\n';
+        if (valid)
+          text << low.x() + static_cast<double>(c) * g.voxel_size << ',' << y << ',' << samples.values[c]
+               << '\n';
         continue;
       }
       constexpr float kRange = 0.2F;  // [m]

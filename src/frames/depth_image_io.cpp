@@ -43,11 +43,11 @@ long headerNumber(std::istream& in) {
 
 void checkBinaryPgm(const std::string& path, std::istream& in) {
   const long width = headerNumber(in), height = headerNumber(in), max_value = headerNumber(in);
-  if (width < 1 || height < 1 || width > kMaxExtent || height > kMaxExtent || width * height > kMaxPixels || max_value < 256 ||
-      max_value > 65535) {
+  if (width < 1 || height < 1 || width > kMaxExtent || height > kMaxExtent || width * height > kMaxPixels ||
+      max_value < 256 || max_value > 65535) {
     failImage(path, "got a PGM header with " + std::to_string(width) + " x " + std::to_string(height) +
-                   " pixels up to " + std::to_string(max_value) + ", wanted up to " +
-                   std::to_string(kMaxExtent) + " pixels a side and 16 bits");
+                        " pixels up to " + std::to_string(max_value) + ", wanted up to " +
+                        std::to_string(kMaxExtent) + " pixels a side and 16 bits");
   }
   const auto wanted =
       static_cast<std::uintmax_t>(in.tellg()) + 1 + 2 * static_cast<std::uintmax_t>(width * height);
@@ -64,7 +64,8 @@ void checkHeader(const std::string& path) {
   if (!in.read(magic, 2)) failImage(path, "is empty");
   if (magic[0] == 'v' || magic[0] == '<') FileBytes("depth image", path);  // a pointer of Git LFS, a web page
   if (magic[0] != 'P') return;  // PNG starts with 0x89 and is checked by libpng
-  if (magic[1] != '5') failImage(path, std::string("got a P") + magic[1] + " file, wanted binary PGM (P5) or PNG");
+  if (magic[1] != '5')
+    failImage(path, std::string("got a P") + magic[1] + " file, wanted binary PGM (P5) or PNG");
   checkBinaryPgm(path, in);
 }
 
@@ -72,13 +73,13 @@ vigra::MultiArray<2, vigra::UInt16> readPixels(const std::string& path) {
   const vigra::ImageImportInfo info(path.c_str());
   if (std::string(info.getPixelType()) != "UINT16" || info.numBands() != 1) {
     failImage(path, std::string("got pixels of type ") + info.getPixelType() + " with " +
-                   std::to_string(info.numBands()) + " channels, wanted 16-bit grey");
+                        std::to_string(info.numBands()) + " channels, wanted 16-bit grey");
   }
   if (info.width() < 1 || info.height() < 1 || info.width() > kMaxExtent || info.height() > kMaxExtent ||
       long{info.width()} * long{info.height()} > kMaxPixels) {
     failImage(path, "got " + std::to_string(info.width()) + " x " + std::to_string(info.height()) +
-                   " pixels, wanted 1 to " + std::to_string(kMaxExtent) + " a side and " +
-                   std::to_string(kMaxPixels / 1000000) + " million in all");
+                        " pixels, wanted 1 to " + std::to_string(kMaxExtent) + " a side and " +
+                        std::to_string(kMaxPixels / 1000000) + " million in all");
   }
   vigra::MultiArray<2, vigra::UInt16> pixels(info.shape());
   vigra::importImage(info, pixels);
@@ -98,7 +99,9 @@ Eigen::Array2i depthImageSize(const std::string& path) {
     in.seekg(2);
     width = headerNumber(in), height = headerNumber(in);
   } else if (head[0] == 0x89 && head[1] == 'P') {
-    const auto number = [&head](int at) { return long{head[at]} << 24 | long{head[at + 1]} << 16 | long{head[at + 2]} << 8 | long{head[at + 3]}; };
+    const auto number = [&head](int at) {
+      return long{head[at]} << 24 | long{head[at + 1]} << 16 | long{head[at + 2]} << 8 | long{head[at + 3]};
+    };
     width = number(16), height = number(20);
   }
   if (width < 1 || height < 1 || width > kMaxExtent || height > kMaxExtent) return {0, 0};

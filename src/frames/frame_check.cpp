@@ -32,10 +32,13 @@ struct Pair {
   std::size_t a, b;
 };
 
-Eigen::Isometry3d poseOf(const Frame& frame, const Reading& reading) { return corrected(frame.T_given, reading.folder); }
+Eigen::Isometry3d poseOf(const Frame& frame, const Reading& reading) {
+  return corrected(frame.T_given, reading.folder);
+}
 
 /// Points of frame a that frame b sees at the same place. Those hidden from b count for nothing.
-void compare(const Frame& a, const Frame& b, const Reading& reading, double& agreeing, double& tested, std::size_t& total) {
+void compare(const Frame& a, const Frame& b, const Reading& reading, double& agreeing, double& tested,
+             std::size_t& total) {
   constexpr int kAcross = 24;
   constexpr double kTolerance = 0.04, kRelative = 0.02;  // [m] and per metre of depth
   const CameraIntrinsics& k = reading.camera;
@@ -66,7 +69,8 @@ void compare(const Frame& a, const Frame& b, const Reading& reading, double& agr
   total += static_cast<std::size_t>(points);
 }
 
-PairAgreement agreementOf(const std::map<std::size_t, Frame>& frames, const std::vector<Pair>& pairs, const Reading& reading) {
+PairAgreement agreementOf(const std::map<std::size_t, Frame>& frames, const std::vector<Pair>& pairs,
+                          const Reading& reading) {
   PairAgreement result;
   double agreeing = 0.0, tested = 0.0;
   for (const Pair& pair : pairs) {
@@ -96,10 +100,11 @@ std::vector<Reading> usualMistakes(const FrameFolder& folder, const FrameFolderO
       [](Reading& r) { r.folder.poses_world_to_camera = !r.folder.poses_world_to_camera; });
   add("with " + axes + " camera axes", "--camera-axes " + axes,
       [](Reading& r) { r.folder.opengl_axes = !r.folder.opengl_axes; });
-  add("with the poses inverted and " + axes + " camera axes", "--poses " + direction + " --camera-axes " + axes, [](Reading& r) {
-    r.folder.poses_world_to_camera = !r.folder.poses_world_to_camera;
-    r.folder.opengl_axes = !r.folder.opengl_axes;
-  });
+  add("with the poses inverted and " + axes + " camera axes",
+      "--poses " + direction + " --camera-axes " + axes, [](Reading& r) {
+        r.folder.poses_world_to_camera = !r.folder.poses_world_to_camera;
+        r.folder.opengl_axes = !r.folder.opengl_axes;
+      });
   std::ostringstream number;
   const auto text = [&number](double value) {
     number.str("");
@@ -108,19 +113,23 @@ std::vector<Reading> usualMistakes(const FrameFolder& folder, const FrameFolderO
   };
   for (const double factor : {0.1, 10.0, 0.2, 5.0, 0.001, 1000.0}) {
     const std::string units = text(folder.unitsPerMetre() / factor);
-    add("with " + units + " depth units per metre", "--depth-scale " + units, [factor](Reading& r) { r.depth_factor = factor; });
+    add("with " + units + " depth units per metre", "--depth-scale " + units,
+        [factor](Reading& r) { r.depth_factor = factor; });
   }
   for (const double factor : {0.001, 0.01, 1000.0}) {
     const std::string scale = text(factor * given.pose_scale);
-    add("with poses in other units", "--pose-scale " + scale, [factor](Reading& r) { r.folder.pose_scale *= factor; });
-    add("with the poses inverted and in other units", "--poses " + direction + " --pose-scale " + scale, [factor](Reading& r) {
-      r.folder.pose_scale *= factor;
-      r.folder.poses_world_to_camera = !r.folder.poses_world_to_camera;
-    });
+    add("with poses in other units", "--pose-scale " + scale,
+        [factor](Reading& r) { r.folder.pose_scale *= factor; });
+    add("with the poses inverted and in other units", "--poses " + direction + " --pose-scale " + scale,
+        [factor](Reading& r) {
+          r.folder.pose_scale *= factor;
+          r.folder.poses_world_to_camera = !r.folder.poses_world_to_camera;
+        });
   }
   const CameraIntrinsics k = folder.intrinsics();
   const auto camera = [&](const std::string& change, const CameraIntrinsics& other) {
-    add(change, "--intrinsics " + text(other.fx) + "," + text(other.fy) + "," + text(other.cx) + "," + text(other.cy),
+    add(change,
+        "--intrinsics " + text(other.fx) + "," + text(other.fy) + "," + text(other.cx) + "," + text(other.cy),
         [other](Reading& r) { r.camera = other; });
   };
   for (const double factor : {k.width / (2.0 * k.cx + 1.0), 0.25, 0.5, 2.0}) {
@@ -139,7 +148,8 @@ std::vector<Reading> usualMistakes(const FrameFolder& folder, const FrameFolderO
   return readings;
 }
 
-/// Partners that were taken from elsewhere: enough to tell readings apart, and not so far that nothing is seen by both.
+/// Partners that were taken from elsewhere: enough to tell readings apart, and not so far that nothing is
+/// seen by both.
 std::vector<Pair> choosePairs(const std::vector<Eigen::Isometry3d>& poses, std::size_t count) {
   constexpr double kTurn = 0.2, kMove = 0.25, kMostTurn = 0.7;
   std::vector<Pair> pairs;
@@ -171,19 +181,22 @@ FrameCheck::Verdict FrameCheck::verdict() const {
 
 std::string FrameCheck::message() const {
   const auto percent = [](double share) { return std::to_string(std::lround(100.0 * share)) + " %"; };
-  std::string text = "the frames contradict one another: as given " + percent(as_given.share) + " of the points agree";
+  std::string text =
+      "the frames contradict one another: as given " + percent(as_given.share) + " of the points agree";
   if (!best_change.empty() && best.share > as_given.share + 0.5 * kClearlyBetter) {
-    text = best_change + " " + percent(best.share) + " of the points agree, as given " + percent(as_given.share) + ": " +
-           best_option;
+    text = best_change + " " + percent(best.share) + " of the points agree, as given " +
+           percent(as_given.share) + ": " + best_option;
   }
   std::ostringstream range;
   range.precision(3);
-  if (in_range < 0.5) range << " (" << percent(in_range) << " of the readings are in range, their median is " << median_depth << " m)";
+  if (in_range < 0.5)
+    range << " (" << percent(in_range) << " of the readings are in range, their median is " << median_depth
+          << " m)";
   return text + range.str();
 }
 
-FrameCheck checkFrames(const FrameFolder& folder, const FrameFolderOptions& given, const std::vector<FrameEntry>& entries,
-                       const FrameCheckOptions& options) {
+FrameCheck checkFrames(const FrameFolder& folder, const FrameFolderOptions& given,
+                       const std::vector<FrameEntry>& entries, const FrameCheckOptions& options) {
   std::vector<Eigen::Isometry3d> poses;
   std::vector<std::size_t> places;
   for (std::size_t n = 0; n < entries.size(); ++n) {
@@ -200,7 +213,8 @@ FrameCheck checkFrames(const FrameFolder& folder, const FrameFolderOptions& give
     if (frames.count(n) != 0) return true;
     try {
       DepthImage image = folder.depth(entries[places[n]]);
-      if (image.width != folder.intrinsics().width || image.height != folder.intrinsics().height) return false;
+      if (image.width != folder.intrinsics().width || image.height != folder.intrinsics().height)
+        return false;
       frames[n] = {std::move(image), poses[n]};
       return true;
     } catch (const std::exception&) {
@@ -223,7 +237,8 @@ FrameCheck checkFrames(const FrameFolder& folder, const FrameFolderOptions& give
   }
   if (!depths.empty()) {
     check.in_range = static_cast<double>(in_range) / static_cast<double>(depths.size());
-    std::nth_element(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2), depths.end());
+    std::nth_element(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2),
+                     depths.end());
     check.median_depth = static_cast<double>(depths[depths.size() / 2]);
   }
   const std::vector<Reading> readings = usualMistakes(folder, given);

@@ -51,8 +51,8 @@ std::vector<double> readNumbers(const std::string& what, const std::string& path
 void checkIntrinsics(const CameraIntrinsics& k, const std::string& source) {
   constexpr double kWidest = 0.1, kNarrowest = 20.0, kOutside = 0.5;  // in the image's sizes
   std::ostringstream got;
-  got << "camera intrinsics (" << source << "): got fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx << ", cy " << k.cy
-      << " for images of " << k.width << " x " << k.height << ": ";
+  got << "camera intrinsics (" << source << "): got fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx
+      << ", cy " << k.cy << " for images of " << k.width << " x " << k.height << ": ";
   const auto plausible = [](double focal, int size) {
     return std::abs(focal) >= kWidest * size && std::abs(focal) <= kNarrowest * size;
   };
@@ -60,14 +60,16 @@ void checkIntrinsics(const CameraIntrinsics& k, const std::string& source) {
     got << "no depth camera sees that much or that little, wanted a focal length of about the image's width";
     throw std::runtime_error(got.str());
   }
-  const auto inside = [](double centre, int size) { return centre >= -kOutside * size && centre <= (1.0 + kOutside) * size; };
+  const auto inside = [](double centre, int size) {
+    return centre >= -kOutside * size && centre <= (1.0 + kOutside) * size;
+  };
   if (!inside(k.cx, k.width) || !inside(k.cy, k.height)) {
     const double factor = k.width / (2.0 * k.cx);
     got << "the principal point is far outside of the image (intrinsics of another camera or image size?)";
     if (factor > 0.01 && factor < 100.0) {
       got << "; of an image of about " << std::lround(2.0 * k.cx) << " x " << std::lround(2.0 * k.cy)
-          << " pixels, they would be --intrinsics " << k.fx * factor << ',' << k.fy * factor << ',' << k.cx * factor << ','
-          << k.cy * factor << " here";
+          << " pixels, they would be --intrinsics " << k.fx * factor << ',' << k.fy * factor << ','
+          << k.cx * factor << ',' << k.cy * factor << " here";
     }
     throw std::runtime_error(got.str());
   }
@@ -108,15 +110,17 @@ FrameFolder::FrameFolder(const std::string& path, const FrameFolderOptions& opti
   if (layout.images == 0) throw std::runtime_error("frame folder '" + path + "': got no depth image");
   if (layout.frames.empty()) {
     throw std::runtime_error("frame folder '" + path + "': got " + std::to_string(layout.images) +
-                             (layout.clouds ? " clouds" : " depth images") + " and none with a pose (layout " + layout.name +
-                             (layout.name == "ScanNet" ? ", wanted pose/N.txt)" : ", wanted frame-NNNNNN.pose.txt or a trajectory)"));
+                             (layout.clouds ? " clouds" : " depth images") +
+                             " and none with a pose (layout " + layout.name +
+                             (layout.name == "ScanNet" ? ", wanted pose/N.txt)"
+                                                       : ", wanted frame-NNNNNN.pose.txt or a trajectory)"));
   }
   layout_ = layout.name;
   if (layout.clouds) {
     clouds_ = true;
     frames_ = std::move(layout.frames);
-    description_ = "layout " + layout_ + ", " + std::to_string(frames_.size()) + " of " + std::to_string(layout.images) +
-                   " clouds with a pose";
+    description_ = "layout " + layout_ + ", " + std::to_string(frames_.size()) + " of " +
+                   std::to_string(layout.images) + " clouds with a pose";
     return;
   }
   if (options.intrinsics) {
@@ -125,9 +129,10 @@ FrameFolder::FrameFolder(const std::string& path, const FrameFolderOptions& opti
     layout.intended_size.setZero();
   }
   if (!layout.intrinsics) {
-    throw std::runtime_error("frame folder '" + path +
-                             "': got no camera-intrinsics.txt, intrinsics.K.txt, ...; wanted one, or --intrinsics FX,FY,CX,CY "
-                             "(7-Scenes: 585,585,320,240)");
+    throw std::runtime_error(
+        "frame folder '" + path +
+        "': got no camera-intrinsics.txt, intrinsics.K.txt, ...; wanted one, or --intrinsics FX,FY,CX,CY "
+        "(7-Scenes: 585,585,320,240)");
   }
   intrinsics_.fx = (*layout.intrinsics)[0], intrinsics_.fy = (*layout.intrinsics)[1];
   intrinsics_.cx = (*layout.intrinsics)[2], intrinsics_.cy = (*layout.intrinsics)[3];
@@ -136,10 +141,11 @@ FrameFolder::FrameFolder(const std::string& path, const FrameFolderOptions& opti
   settleSize(path, layout.intended_size);
   checkIntrinsics(intrinsics_, layout.intrinsics_source);
   std::ostringstream text;
-  text << "layout " << layout.name << ", " << frames_.size() << " of " << layout.images << " images with a pose, "
-       << intrinsics_.width << " x " << intrinsics_.height << " pixels, fx " << intrinsics_.fx << " fy " << intrinsics_.fy
-       << " cx " << intrinsics_.cx << " cy " << intrinsics_.cy << " (" << layout.intrinsics_source << "), "
-       << units_per_metre_ << " depth units per metre" << description_;
+  text << "layout " << layout.name << ", " << frames_.size() << " of " << layout.images
+       << " images with a pose, " << intrinsics_.width << " x " << intrinsics_.height << " pixels, fx "
+       << intrinsics_.fx << " fy " << intrinsics_.fy << " cx " << intrinsics_.cx << " cy " << intrinsics_.cy
+       << " (" << layout.intrinsics_source << "), " << units_per_metre_ << " depth units per metre"
+       << description_;
   description_ = text.str();
 }
 
@@ -156,7 +162,8 @@ void FrameFolder::settleSize(const std::string& path, const Eigen::Array2i& inte
     } catch (const std::runtime_error& error) {
       first_error = error.what();
     }
-    throw std::runtime_error("frame folder '" + path + "': no depth image can be read; the first: " + first_error);
+    throw std::runtime_error("frame folder '" + path +
+                             "': no depth image can be read; the first: " + first_error);
   }
   const auto most = std::max_element(sizes.begin(), sizes.end(),
                                      [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -165,18 +172,21 @@ void FrameFolder::settleSize(const std::string& path, const Eigen::Array2i& inte
     description_ = ", " + std::to_string(frames_.size() - most->second) + " images of other sizes";
   }
   // Intrinsics that say which size they belong to are scaled to another one of the same shape.
-  if ((intended <= 0).any() || (intended[0] == intrinsics_.width && intended[1] == intrinsics_.height)) return;
+  if ((intended <= 0).any() || (intended[0] == intrinsics_.width && intended[1] == intrinsics_.height))
+    return;
   const double fx = static_cast<double>(intrinsics_.width) / intended[0];
   const double fy = static_cast<double>(intrinsics_.height) / intended[1];
   constexpr double kSameShape = 0.02;
   if (std::abs(fx / fy - 1.0) > kSameShape) {
-    throw std::runtime_error("frame folder '" + path + "': got images of " + std::to_string(intrinsics_.width) + " x " +
-                             std::to_string(intrinsics_.height) + " and intrinsics for " + std::to_string(intended[0]) +
-                             " x " + std::to_string(intended[1]) + ", wanted --intrinsics FX,FY,CX,CY of these images");
+    throw std::runtime_error(
+        "frame folder '" + path + "': got images of " + std::to_string(intrinsics_.width) + " x " +
+        std::to_string(intrinsics_.height) + " and intrinsics for " + std::to_string(intended[0]) + " x " +
+        std::to_string(intended[1]) + ", wanted --intrinsics FX,FY,CX,CY of these images");
   }
   intrinsics_.fx *= fx, intrinsics_.cx = (intrinsics_.cx + 0.5) * fx - 0.5;
   intrinsics_.fy *= fy, intrinsics_.cy = (intrinsics_.cy + 0.5) * fy - 0.5;
-  description_ += ", intrinsics scaled from " + std::to_string(intended[0]) + " x " + std::to_string(intended[1]);
+  description_ +=
+      ", intrinsics scaled from " + std::to_string(intended[0]) + " x " + std::to_string(intended[1]);
 }
 
 Eigen::Isometry3d FrameFolder::pose(const FrameEntry& frame) const {

@@ -50,7 +50,8 @@ fs::path firstWithEnding(const fs::path& folder, const std::vector<std::string>&
   for (fs::directory_iterator entry(folder, error), end; entry != end; entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     for (const std::string& ending : endings) {
-      if (name.size() >= ending.size() && name.compare(name.size() - ending.size(), ending.size(), ending) == 0) {
+      if (name.size() >= ending.size() &&
+          name.compare(name.size() - ending.size(), ending.size(), ending) == 0) {
         found.push_back(entry->path());
       }
     }
@@ -68,9 +69,12 @@ std::vector<double> numbersBehind(const std::string& text, const std::string& ke
   if (at == std::string::npos) return values;
   if (text.compare(at, key.size(), key) == 0) at += key.size();
   std::string rest = text.substr(at, 4000);
-  std::replace_if(rest.begin(), rest.end(), [](char c) { return c == ',' || c == '[' || c == ']' || c == ':' || c == '='; }, ' ');
+  std::replace_if(
+      rest.begin(), rest.end(),
+      [](char c) { return c == ',' || c == '[' || c == ']' || c == ':' || c == '='; }, ' ');
   WordCursor words(rest.data(), rest.data() + rest.size());
-  for (double value = 0.0; values.size() < count && parseNumber(words.next(), &value);) values.push_back(value);
+  for (double value = 0.0; values.size() < count && parseNumber(words.next(), &value);)
+    values.push_back(value);
   return values.size() == count ? values : std::vector<double>();
 }
 
@@ -103,8 +107,9 @@ bool readCameraJson(const fs::path& path, FrameLayout& layout) {
 
 /// Looks for a file of intrinsics.
 void findIntrinsics(const fs::path& folder, FrameLayout& layout) {
-  const std::vector<std::string> matrices = {"camera-intrinsics.txt", "intrinsics.K.txt", "intrinsic_depth.txt",
-                                             "intrinsics_depth.txt", "intrinsics.txt", "intrinsic.txt"};
+  const std::vector<std::string> matrices = {"camera-intrinsics.txt", "intrinsics.K.txt",
+                                             "intrinsic_depth.txt",   "intrinsics_depth.txt",
+                                             "intrinsics.txt",        "intrinsic.txt"};
   for (const fs::path& place : {folder, folder / "intrinsic"}) {
     for (const std::string& name : matrices) {
       const fs::path file = place / name;
@@ -113,8 +118,8 @@ void findIntrinsics(const fs::path& folder, FrameLayout& layout) {
       layout.intrinsics_source = file.filename().string();
       return;
     }
-    for (const char* name : {"camera_primesense.json", "camera_intrinsic.json", "intrinsic.json", "intrinsics.json",
-                             "cam_params.json", "camera.json"}) {
+    for (const char* name : {"camera_primesense.json", "camera_intrinsic.json", "intrinsic.json",
+                             "intrinsics.json", "cam_params.json", "camera.json"}) {
       const fs::path file = place / name;
       if (fs::exists(file) && readCameraJson(file, layout)) return;
     }
@@ -129,7 +134,8 @@ void findIntrinsics(const fs::path& folder, FrameLayout& layout) {
   }
 }
 
-void known(FrameLayout& layout, const Eigen::Vector4d& intrinsics, const Eigen::Array2i& size, const std::string& source) {
+void known(FrameLayout& layout, const Eigen::Vector4d& intrinsics, const Eigen::Array2i& size,
+           const std::string& source) {
   if (layout.intrinsics) return;
   layout.intrinsics = intrinsics;
   layout.intended_size = size;
@@ -141,7 +147,8 @@ void readBundleFusionInfo(const fs::path& path, FrameLayout& layout) {
   const std::string text = textOf(path);
   const auto k = numbersBehind(text, "m_calibrationDepthIntrinsic", 16);
   if (k.empty()) {
-    throw std::runtime_error("camera intrinsics '" + path.string() + "': got no m_calibrationDepthIntrinsic of 16 numbers");
+    throw std::runtime_error("camera intrinsics '" + path.string() +
+                             "': got no m_calibrationDepthIntrinsic of 16 numbers");
   }
   layout.name = "BundleFusion";
   layout.intrinsics = Eigen::Vector4d(k[0], k[5], k[2], k[6]);
@@ -165,7 +172,8 @@ bool tryFrameFiles(const fs::path& folder, FrameLayout& layout) {
     const fs::path path = image.path;
     const std::string name = path.filename().string();
     const fs::path pose = path.parent_path() / (name.substr(0, name.find('.')) + ".pose.txt");
-    if (fs::exists(pose)) layout.frames.push_back({image.number, image.path, pose.string(), 0.0, std::nullopt});
+    if (fs::exists(pose))
+      layout.frames.push_back({image.number, image.path, pose.string(), 0.0, std::nullopt});
   }
   if (fs::exists(folder / "info.txt")) {
     readBundleFusionInfo(folder / "info.txt", layout);
@@ -183,14 +191,15 @@ bool tryScanNet(const fs::path& folder, FrameLayout& layout) {
   layout.images = images.size();
   for (const NumberedFile& image : images) {
     const fs::path pose = folder / "pose" / (fs::path(image.path).stem().string() + ".txt");
-    if (fs::exists(pose)) layout.frames.push_back({image.number, image.path, pose.string(), 0.0, std::nullopt});
+    if (fs::exists(pose))
+      layout.frames.push_back({image.number, image.path, pose.string(), 0.0, std::nullopt});
   }
   findIntrinsics(folder, layout);
   return true;
 }
 
-void addByNumber(const std::vector<NumberedFile>& images, const std::map<int, Eigen::Isometry3d>& poses, bool by_name,
-                 FrameLayout& layout) {
+void addByNumber(const std::vector<NumberedFile>& images, const std::map<int, Eigen::Isometry3d>& poses,
+                 bool by_name, FrameLayout& layout) {
   layout.images = images.size();
   for (std::size_t n = 0; n < images.size(); ++n) {
     const auto pose = poses.find(by_name ? images[n].number : static_cast<int>(n));
@@ -233,7 +242,8 @@ std::vector<std::pair<double, std::string>> readImageList(const fs::path& path) 
       found = parseNumber(row[n], &stamp) && (row.size() == 2 || name.find("depth") != std::string::npos);
       if (found) images.emplace_back(stamp, name);
     }
-    if (!found) file.fail("got '" + shown(line) + "' in line " + std::to_string(number) + ", wanted: stamp file");
+    if (!found)
+      file.fail("got '" + shown(line) + "' in line " + std::to_string(number) + ", wanted: stamp file");
   }
   return images;
 }
@@ -249,13 +259,11 @@ double longestGap(const std::vector<StampedPose>& poses) {
 }
 
 Eigen::Vector4d tumIntrinsics(const std::string& name, std::string* camera) {
-  const std::pair<const char*, Eigen::Vector4d> kCameras[] = {  // of the data set's calibration page
-      {"freiburg1", {517.3, 516.5, 318.6, 255.3}},
-      {"freiburg2", {520.9, 521.0, 325.1, 249.7}},
-      {"freiburg3", {535.4, 539.2, 320.1, 247.6}},
-      {"fr1", {517.3, 516.5, 318.6, 255.3}},
-      {"fr2", {520.9, 521.0, 325.1, 249.7}},
-      {"fr3", {535.4, 539.2, 320.1, 247.6}}};
+  const std::pair<const char*, Eigen::Vector4d> kCameras[] = {
+      // of the data set's calibration page
+      {"freiburg1", {517.3, 516.5, 318.6, 255.3}}, {"freiburg2", {520.9, 521.0, 325.1, 249.7}},
+      {"freiburg3", {535.4, 539.2, 320.1, 247.6}}, {"fr1", {517.3, 516.5, 318.6, 255.3}},
+      {"fr2", {520.9, 521.0, 325.1, 249.7}},       {"fr3", {535.4, 539.2, 320.1, 247.6}}};
   for (const auto& [key, values] : kCameras) {
     if (name.find(key) == std::string::npos) continue;
     *camera = std::string("TUM ") + key;
@@ -277,7 +285,8 @@ bool tryTum(const fs::path& folder, const FrameFolderOptions& options, FrameLayo
   for (std::size_t n = 0; n < images.size(); ++n) {
     const auto pose = poseAt(poses, images[n].first + options.stamp_shift, gap);
     if (!pose) continue;
-    layout.frames.push_back({static_cast<int>(n), (folder / images[n].second).string(), "", images[n].first, *pose});
+    layout.frames.push_back(
+        {static_cast<int>(n), (folder / images[n].second).string(), "", images[n].first, *pose});
   }
   findIntrinsics(folder, layout);
   std::string camera;
@@ -286,7 +295,8 @@ bool tryTum(const fs::path& folder, const FrameFolderOptions& options, FrameLayo
   return true;
 }
 
-/// depth/ and one file of poses by frame: *.log (Redwood, Open3D), *.freiburg (ICL-NUIM), pose.txt (slambook).
+/// depth/ and one file of poses by frame: *.log (Redwood, Open3D), *.freiburg (ICL-NUIM), pose.txt
+/// (slambook).
 bool tryOneTrajectory(const fs::path& folder, FrameLayout& layout) {
   const auto images = depthImages(fs::is_directory(folder / "depth") ? folder / "depth" : folder / "image");
   if (images.empty()) return false;
@@ -306,7 +316,8 @@ bool tryOneTrajectory(const fs::path& folder, FrameLayout& layout) {
     findIntrinsics(folder, layout);
     known(layout, {481.2, -480.0, 319.5, 239.5}, {640, 480}, "ICL-NUIM");
     std::map<int, Eigen::Isometry3d> poses;
-    for (const StampedPose& pose : readStampedPoses(file.string())) poses[static_cast<int>(std::lround(pose.stamp))] = pose.T;
+    for (const StampedPose& pose : readStampedPoses(file.string()))
+      poses[static_cast<int>(std::lround(pose.stamp))] = pose.T;
     addByNumber(images, poses, true, layout);
     return true;
   }
@@ -320,7 +331,8 @@ bool tryOneTrajectory(const fs::path& folder, FrameLayout& layout) {
   return true;
 }
 
-/// Clouds in the images' place: frame-NNNNNN.pcd beside its pose, or a folder of them with poses as the other layouts have them.
+/// Clouds in the images' place: frame-NNNNNN.pcd beside its pose, or a folder of them with poses as the other
+/// layouts have them.
 bool tryClouds(const fs::path& folder, FrameLayout& layout) {
   static const std::regex kFrame(R"(frame-(\d+)(?:\.cloud)?\.(?:pcd|ply|bin|xyz))");
   static const std::regex kCloud(R"(\D*(\d+)\.(?:pcd|ply|bin|xyz))");
@@ -331,7 +343,8 @@ bool tryClouds(const fs::path& folder, FrameLayout& layout) {
   for (const NumberedFile& cloud : clouds) {
     const std::string name = fs::path(cloud.path).filename().string();
     const fs::path pose = folder / (name.substr(0, name.find('.')) + ".pose.txt");
-    if (fs::exists(pose)) layout.frames.push_back({cloud.number, cloud.path, pose.string(), 0.0, std::nullopt});
+    if (fs::exists(pose))
+      layout.frames.push_back({cloud.number, cloud.path, pose.string(), 0.0, std::nullopt});
   }
   if (!clouds.empty()) return true;
   for (const char* place : {"cloud", "clouds", "pcd", "velodyne"}) {
@@ -343,7 +356,8 @@ bool tryClouds(const fs::path& folder, FrameLayout& layout) {
   if (fs::is_directory(folder / "pose")) {
     for (const NumberedFile& cloud : clouds) {
       const fs::path pose = folder / "pose" / (fs::path(cloud.path).stem().string() + ".txt");
-      if (fs::exists(pose)) layout.frames.push_back({cloud.number, cloud.path, pose.string(), 0.0, std::nullopt});
+      if (fs::exists(pose))
+        layout.frames.push_back({cloud.number, cloud.path, pose.string(), 0.0, std::nullopt});
     }
     return true;
   }
@@ -379,7 +393,8 @@ Eigen::Vector4d readCameraMatrix(const std::string& path) {
   std::vector<double> k;
   for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
     double value = 0.0;
-    if (!parseNumber(word, &value) || !std::isfinite(value)) file.fail("got '" + shown(word) + "', wanted a finite number");
+    if (!parseNumber(word, &value) || !std::isfinite(value))
+      file.fail("got '" + shown(word) + "', wanted a finite number");
     k.push_back(value);
     if (k.size() > 16) break;
   }
@@ -389,11 +404,13 @@ Eigen::Vector4d readCameraMatrix(const std::string& path) {
   }
   const std::size_t step = k.size() == 9 ? 3 : 4;
   const auto at = [&](std::size_t row, std::size_t column) { return k[row * step + column]; };
-  bool matrix = at(0, 0) != 0.0 && at(1, 1) != 0.0 && at(1, 0) == 0.0 && at(2, 0) == 0.0 && at(2, 1) == 0.0 && at(2, 2) == 1.0;
+  bool matrix = at(0, 0) != 0.0 && at(1, 1) != 0.0 && at(1, 0) == 0.0 && at(2, 0) == 0.0 && at(2, 1) == 0.0 &&
+                at(2, 2) == 1.0;
   for (std::size_t n = 0; matrix && step == 4 && n < 4; ++n) {
     matrix = at(3, n) == (n == 3 ? 1.0 : 0.0) && (n == 3 || at(n, 3) == 0.0);
   }
-  if (!matrix) file.fail("got no camera matrix, wanted fx 0 cx / 0 fy cy / 0 0 1 (or as 4x4) with focal lengths not 0");
+  if (!matrix)
+    file.fail("got no camera matrix, wanted fx 0 cx / 0 fy cy / 0 0 1 (or as 4x4) with focal lengths not 0");
   return {at(0, 0), at(1, 1), at(0, 2), at(1, 2)};
 }
 
@@ -410,10 +427,12 @@ FrameLayout findLayout(const std::string& path, const FrameFolderOptions& option
   const std::string parts = subfolders(folder);
   throw std::runtime_error(
       "frame folder '" + path + "': got no frames of a known layout" +
-      (parts.empty() ? std::string(", wanted frame-NNNNNN.depth.png with .pose.txt (7-Scenes, 3DMatch, BundleFusion), "
-                                   "depth/ with pose/ (ScanNet), depth.txt with groundtruth.txt (TUM), depth/ with a .log "
-                                   "(Redwood) or .freiburg (ICL-NUIM), results/ with traj.txt (Replica), or clouds with poses")
-                     : ", wanted one of its folders: " + parts));
+      (parts.empty()
+           ? std::string(
+                 ", wanted frame-NNNNNN.depth.png with .pose.txt (7-Scenes, 3DMatch, BundleFusion), "
+                 "depth/ with pose/ (ScanNet), depth.txt with groundtruth.txt (TUM), depth/ with a .log "
+                 "(Redwood) or .freiburg (ICL-NUIM), results/ with traj.txt (Replica), or clouds with poses")
+           : ", wanted one of its folders: " + parts));
 }
 
 }  // namespace ttsdf

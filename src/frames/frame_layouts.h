@@ -11,12 +11,13 @@ namespace ttsdf {
 
 struct FrameLayout {
   std::string name;
-  std::vector<FrameEntry> frames;  ///< with a pose, rising index
-  bool clouds = false;             ///< clouds in the images' place: no intrinsics
-  std::size_t images = 0;          ///< with or without one
-  std::optional<Eigen::Vector4d> intrinsics;             ///< fx, fy, cx, cy
-  std::string intrinsics_source;                         ///< file or "known of ..."
-  Eigen::Array2i intended_size = Eigen::Array2i::Zero();  ///< of the images that the intrinsics belong to; 0: not said
+  std::vector<FrameEntry> frames;             ///< with a pose, rising index
+  bool clouds = false;                        ///< clouds in the images' place: no intrinsics
+  std::size_t images = 0;                     ///< with or without one
+  std::optional<Eigen::Vector4d> intrinsics;  ///< fx, fy, cx, cy
+  std::string intrinsics_source;              ///< file or "known of ..."
+  Eigen::Array2i intended_size =
+      Eigen::Array2i::Zero();  ///< of the images that the intrinsics belong to; 0: not said
   double units_per_metre = 1000.0;
 };
 

@@ -18,7 +18,8 @@ namespace {
 Eigen::Isometry3d fromQuaternion(const double* v, const std::string& path, std::size_t row) {
   const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
   if (!(std::abs(q.norm() - 1.0) < 0.05)) {
-    failPoses(path, "got a quaternion of length " + std::to_string(q.norm()) + " in row " + std::to_string(row + 1) + ", wanted 1");
+    failPoses(path, "got a quaternion of length " + std::to_string(q.norm()) + " in row " +
+                        std::to_string(row + 1) + ", wanted 1");
   }
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() = Eigen::Vector3d(v[0], v[1], v[2]);
@@ -53,7 +54,8 @@ std::vector<std::vector<double>> readRows(const std::string& path, bool strict) 
       double value = 0.0;
       good = parseNumber(word, &value);
       if (good) row.push_back(value);
-      if (!good && strict) failPoses(path, "got '" + shown(word) + "' in line " + std::to_string(number) + ", wanted numbers");
+      if (!good && strict)
+        failPoses(path, "got '" + shown(word) + "' in line " + std::to_string(number) + ", wanted numbers");
     }
     if (good && !row.empty()) rows.push_back(std::move(row));
   }
@@ -66,13 +68,15 @@ std::vector<StampedPose> readStampedPoses(const std::string& path) {
   for (std::size_t r = 0; r < rows.size(); ++r) {
     if (rows[r].size() != 8) {
       failPoses(path, "got " + std::to_string(rows[r].size()) + " numbers in row " + std::to_string(r + 1) +
-                     ", wanted: stamp tx ty tz qx qy qz qw");
+                          ", wanted: stamp tx ty tz qx qy qz qw");
     }
-    const bool finite = std::all_of(rows[r].begin(), rows[r].end(), [](double x) { return std::isfinite(x); });
+    const bool finite =
+        std::all_of(rows[r].begin(), rows[r].end(), [](double x) { return std::isfinite(x); });
     if (finite) poses.push_back({rows[r][0], fromQuaternion(rows[r].data() + 1, path, r)});
   }
   if (poses.empty()) failPoses(path, "got no pose");
-  std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
+  std::stable_sort(poses.begin(), poses.end(),
+                   [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
   return poses;
 }
 
@@ -85,7 +89,8 @@ std::map<int, Eigen::Isometry3d> readPoseLog(const std::string& path) {
   for (std::size_t r = 0; r < rows.size(); r += 5) {
     double numbers[16];
     for (std::size_t k = 0; k < 4; ++k) {
-      if (rows[r + 1 + k].size() != 4) failPoses(path, "got no 4x4 matrix in row " + std::to_string(r + 2 + k));
+      if (rows[r + 1 + k].size() != 4)
+        failPoses(path, "got no 4x4 matrix in row " + std::to_string(r + 2 + k));
       std::copy(rows[r + 1 + k].begin(), rows[r + 1 + k].end(), numbers + 4 * k);
     }
     const auto T = fromMatrix(numbers);
@@ -107,15 +112,15 @@ std::map<int, Eigen::Isometry3d> readPoseLines(const std::string& path) {
       if (const auto T = fromMatrix(rows[r].data())) poses[static_cast<int>(r)] = *T;
     } else {
       failPoses(path, "got " + std::to_string(rows[r].size()) + " numbers in row " + std::to_string(r + 1) +
-                     ", wanted 16 (4x4), 12 (3x4) or 7 (tx ty tz qx qy qz qw)");
+                          ", wanted 16 (4x4), 12 (3x4) or 7 (tx ty tz qx qy qz qw)");
     }
   }
   return poses;
 }
 
 std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& poses, double stamp, double gap) {
-  const auto after =
-      std::lower_bound(poses.begin(), poses.end(), stamp, [](const StampedPose& p, double s) { return p.stamp < s; });
+  const auto after = std::lower_bound(poses.begin(), poses.end(), stamp,
+                                      [](const StampedPose& p, double s) { return p.stamp < s; });
   if (after == poses.end()) return std::nullopt;
   if (after->stamp == stamp) return after->T;
   if (after == poses.begin()) return std::nullopt;
@@ -124,7 +129,8 @@ std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& poses, d
   const double share = (stamp - a.stamp) / (b.stamp - a.stamp);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() = (1.0 - share) * a.T.translation() + share * b.T.translation();
-  T.linear() = Eigen::Quaterniond(a.T.linear()).slerp(share, Eigen::Quaterniond(b.T.linear())).toRotationMatrix();
+  T.linear() =
+      Eigen::Quaterniond(a.T.linear()).slerp(share, Eigen::Quaterniond(b.T.linear())).toRotationMatrix();
   return T;
 }
 

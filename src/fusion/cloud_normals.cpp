@@ -20,7 +20,8 @@ struct PointSource {
     return false;
   }
 };
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PointSource>, PointSource, 3, std::uint32_t>;
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PointSource>,
+                                                 PointSource, 3, std::uint32_t>;
 
 }  // namespace
 
@@ -34,8 +35,8 @@ Neighbours nearestNeighbours(const Eigen::Matrix3Xf& points, std::size_t count) 
   result.index.resize(size * result.count);
   result.squared_distance.resize(size * result.count);
   for (std::size_t n = 0; n < size; ++n) {
-    tree.knnSearch(points.col(static_cast<Eigen::Index>(n)).data(), result.count, result.index.data() + n * result.count,
-                   result.squared_distance.data() + n * result.count);
+    tree.knnSearch(points.col(static_cast<Eigen::Index>(n)).data(), result.count,
+                   result.index.data() + n * result.count, result.squared_distance.data() + n * result.count);
   }
   return result;
 }
@@ -52,13 +53,15 @@ Eigen::Matrix3Xf planeNormals(const Eigen::Matrix3Xf& points, const Neighbours& 
       sum += d * d.transpose();
     }
     const double count = static_cast<double>(neighbours.count);
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum / count - mean * mean.transpose() / (count * count));
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum / count -
+                                                                mean * mean.transpose() / (count * count));
     normals.col(n) = solver.eigenvectors().col(0).cast<float>();
   }
   return normals;
 }
 
-void orientTogether(const Eigen::Matrix3Xf& points, const Neighbours& neighbours, bool inside, Eigen::Matrix3Xf& normals) {
+void orientTogether(const Eigen::Matrix3Xf& points, const Neighbours& neighbours, bool inside,
+                    Eigen::Matrix3Xf& normals) {
   struct Edge {
     float cost;
     std::uint32_t to, from;
@@ -89,7 +92,8 @@ void orientTogether(const Eigen::Matrix3Xf& points, const Neighbours& neighbours
       piece.push_back(edge.to);
       if (normals.col(edge.to).dot(normals.col(edge.from)) < 0.0F) normals.col(edge.to) *= -1.0F;
       for (const std::uint32_t next : graph[edge.to]) {
-        if (!done[next]) open.push({1.0F - std::abs(normals.col(edge.to).dot(normals.col(next))), next, edge.to});
+        if (!done[next])
+          open.push({1.0F - std::abs(normals.col(edge.to).dot(normals.col(next))), next, edge.to});
       }
     }
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();

@@ -23,7 +23,8 @@ struct Thinned {
   Eigen::Matrix3Xf points, normals;
 };
 
-Thinned thin(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xf& normals, const Eigen::Vector3d& origin, double cell) {
+Thinned thin(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xf& normals, const Eigen::Vector3d& origin,
+             double cell) {
   struct Sum {
     Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
     double count = 0.0;
@@ -38,7 +39,8 @@ Thinned thin(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xf& normals, co
     if (!p.allFinite()) continue;
     const Eigen::Vector3d index = (p / cell).array().floor();
     const auto [place, is_new] = places.try_emplace(
-        openvdb::Coord(static_cast<int>(index.x()), static_cast<int>(index.y()), static_cast<int>(index.z())), sums.size());
+        openvdb::Coord(static_cast<int>(index.x()), static_cast<int>(index.y()), static_cast<int>(index.z())),
+        sums.size());
     if (is_new) sums.emplace_back();
     Sum& sum = sums[place->second];
     sum.point += p;
@@ -50,7 +52,8 @@ Thinned thin(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xf& normals, co
   result.normals.resize(3, normals.cols() > 0 ? static_cast<Eigen::Index>(sums.size()) : 0);
   for (std::size_t n = 0; n < sums.size(); ++n) {
     result.points.col(static_cast<Eigen::Index>(n)) = (sums[n].point / sums[n].count).cast<float>();
-    if (normals.cols() > 0) result.normals.col(static_cast<Eigen::Index>(n)) = sums[n].normal.normalized().cast<float>();
+    if (normals.cols() > 0)
+      result.normals.col(static_cast<Eigen::Index>(n)) = sums[n].normal.normalized().cast<float>();
   }
   return result;
 }
@@ -61,7 +64,8 @@ double medianSpacing(const Neighbours& neighbours) {
   for (std::size_t n = 1; n < neighbours.squared_distance.size(); n += neighbours.count) {
     nearest.push_back(neighbours.squared_distance[n]);
   }
-  std::nth_element(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2), nearest.end());
+  std::nth_element(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2),
+                   nearest.end());
   return std::sqrt(static_cast<double>(nearest[nearest.size() / 2]));
 }
 
@@ -79,7 +83,8 @@ class PlaneSums {
 
   void add(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
     const Eigen::Vector3d centre = point / voxel_;
-    // The band is a disc of radius `reach_` and half height `truncation_`; its box is as small as its normal lets it be.
+    // The band is a disc of radius `reach_` and half height `truncation_`; its box is as small as its normal
+    // lets it be.
     Eigen::Array3i low, high;
     for (int axis = 0; axis < 3; ++axis) {
       const double n = std::abs(normal[axis]);
@@ -94,7 +99,8 @@ class PlaneSums {
           const double along = normal.dot(d), squared = d.squaredNorm();
           if (std::abs(along) > truncation_ || squared - along * along > reach_ * reach_) continue;
           const double floor = 0.25 * voxel_ * voxel_;
-          const auto weight = static_cast<float>(1.0 / ((squared + floor) * (squared + floor)) * floor * floor);
+          const auto weight =
+              static_cast<float>(1.0 / ((squared + floor) * (squared + floor)) * floor * floor);
           const openvdb::Coord ijk(i, j, k);
           weight_at_.setValue(ijk, weight_at_.getValue(ijk) + weight);
           distance_at_.setValue(ijk, distance_at_.getValue(ijk) + weight * static_cast<float>(along));
@@ -126,7 +132,8 @@ void carveInFront(const Thinned& cloud, const FusionOptions& options, TsdfVolume
   const auto tsdf = grids.tsdf->getConstAccessor();
   const double h = options.voxel_size;
   for (Eigen::Index n = 0; n < cloud.points.cols(); ++n) {
-    const Eigen::Vector3d p = cloud.points.col(n).cast<double>(), normal = cloud.normals.col(n).cast<double>();
+    const Eigen::Vector3d p = cloud.points.col(n).cast<double>(),
+                          normal = cloud.normals.col(n).cast<double>();
     for (double t = 0.0; t < options.truncation + kBeyond; t += 0.5 * h) {
       const Eigen::Vector3d index = (p + t * normal) / h;
       const openvdb::Coord ijk = openvdb::Coord::round(openvdb::Vec3d(index.x(), index.y(), index.z()));
@@ -154,8 +161,8 @@ TsdfVolume volumeFromCloud(const OrientedCloud& cloud, const FusionOptions& opti
     if (cloud.points.col(n).allFinite()) finite.emplace_back(cloud.points.col(n));
   }
   if (finite.size() < kLeastPoints) {
-    throw std::invalid_argument("cloud: got " + std::to_string(finite.size()) + " finite points, wanted at least " +
-                                std::to_string(kLeastPoints));
+    throw std::invalid_argument("cloud: got " + std::to_string(finite.size()) +
+                                " finite points, wanted at least " + std::to_string(kLeastPoints));
   }
   Eigen::Vector3d low = finite.front(), high = low;
   for (const Eigen::Vector3d& p : finite) low = low.cwiseMin(p), high = high.cwiseMax(p);
@@ -193,7 +200,8 @@ TsdfVolume volumeFromCloud(const OrientedCloud& cloud, const FusionOptions& opti
   for (Eigen::Index n = 0; n < thinned.points.cols(); ++n) {
     if (n % 1000 == 0) tell("surface", static_cast<double>(n) / static_cast<double>(thinned.points.cols()));
     const Eigen::Vector3d normal = thinned.normals.col(n).cast<double>();
-    if (normal.allFinite() && normal.squaredNorm() > 0.5) sums.add(thinned.points.col(n).cast<double>(), normal);
+    if (normal.allFinite() && normal.squaredNorm() > 0.5)
+      sums.add(thinned.points.col(n).cast<double>(), normal);
   }
   sums.finish(volume.grids());
   carveInFront(thinned, options, volume.grids());

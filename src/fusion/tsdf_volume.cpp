@@ -123,7 +123,8 @@ Eigen::Isometry3d TsdfVolume::relativeToOrigin(const Eigen::Isometry3d& T_map_se
   const double distance = (t - origin_).cwiseAbs().maxCoeff();
   if (distance > kFarthest) {
     throw std::invalid_argument("pose of a scan: got a position " + toString(distance) +
-                                " m away from the volume's origin, wanted up to " + toString(kFarthest) + " m");
+                                " m away from the volume's origin, wanted up to " + toString(kFarthest) +
+                                " m");
   }
   Eigen::Isometry3d T = T_map_sensor;
   T.translation() -= origin_;

@@ -56,13 +56,14 @@ void restore(const VdbFileGrids& file, const std::string& path, TsdfVolume& volu
   const openvdb::math::Transform lattice = own.tsdf->transform();
   openvdb::math::Transform saved = lattice;
   saved.postTranslate(file.origin);
-  const bool same_lattice =
-      file.distance->transform() == saved && file.weight->transform() == saved && file.free->transform() == saved;
+  const bool same_lattice = file.distance->transform() == saved && file.weight->transform() == saved &&
+                            file.free->transform() == saved;
   if (!same_lattice || file.distance->background() != own.tsdf->background() ||
       file.weight->activeVoxelCount() != file.distance->activeVoxelCount()) {
     fail(path, "its grids contradict each other or their metadata");
   }
-  for (openvdb::GridBase* grid : std::initializer_list<openvdb::GridBase*>{file.distance.get(), file.weight.get(), file.free.get()}) {
+  for (openvdb::GridBase* grid :
+       std::initializer_list<openvdb::GridBase*>{file.distance.get(), file.weight.get(), file.free.get()}) {
     grid->setTransform(lattice.copy());
   }
   own.tsdf = file.distance, own.weight = file.weight, own.free = file.free;
@@ -85,7 +86,8 @@ void rescale(openvdb::FloatGrid& grid, double scale) {
 /// Brings a grid that lies far away (UTM) near zero; returns where it was.
 Eigen::Vector3d moveToOrigin(openvdb::FloatGrid& grid) {
   const openvdb::BBoxd world = grid.transform().indexToWorld(grid.evalActiveVoxelBoundingBox());
-  if (grid.activeVoxelCount() == 0 || !world.min().isFinite() || !world.max().isFinite()) return Eigen::Vector3d::Zero();
+  if (grid.activeVoxelCount() == 0 || !world.min().isFinite() || !world.max().isFinite())
+    return Eigen::Vector3d::Zero();
   const auto eigen = [](const openvdb::Vec3d& v) { return Eigen::Vector3d(v.x(), v.y(), v.z()); };
   const Eigen::Vector3d origin = localOrigin(eigen(world.min()), eigen(world.max()));
   if (!origin.isZero()) grid.transform().postTranslate(openvdb::Vec3d(-origin.x(), -origin.y(), -origin.z()));
@@ -105,7 +107,8 @@ void checkSize(const openvdb::FloatGrid& grid, const FusionOptions& options, con
   std::ostringstream hint;
   hint << "its voxels are " << voxel.x() << " m in its transform; --scale S makes metres of its units";
   try {
-    checkExtent(eigen(world.min()), eigen(world.max()), options.voxel_size, leaves, "leaves of voxels", hint.str());
+    checkExtent(eigen(world.min()), eigen(world.max()), options.voxel_size, leaves, "leaves of voxels",
+                hint.str());
   } catch (const std::invalid_argument& error) {
     fail(path, "grid '" + grid.getName() + "': " + error.what());
   }
@@ -187,7 +190,8 @@ void TsdfVolume::saveVdb(const std::string& path) const {
   const openvdb::Vec3d origin(origin_.x(), origin_.y(), origin_.z());
   tsdf->insertMeta(kVdbOriginKey, openvdb::Vec3DMetadata(origin));
   if (!origin_.isZero()) {
-    for (openvdb::GridBase* grid : std::initializer_list<openvdb::GridBase*>{tsdf.get(), weight.get(), free.get()}) {
+    for (openvdb::GridBase* grid :
+         std::initializer_list<openvdb::GridBase*>{tsdf.get(), weight.get(), free.get()}) {
       grid->setTransform(grid->transform().copy());
       grid->transform().postTranslate(origin);
     }

@@ -136,7 +136,8 @@ void getTree(Receiver& in, Tree& tree) {
         leaf->setActiveState(n, active);
       } else {
         const float value = in.get<float>();
-        active ? leaf->setValueOn(n, static_cast<Value>(value)) : leaf->setValueOff(n, static_cast<Value>(value));
+        active ? leaf->setValueOn(n, static_cast<Value>(value))
+               : leaf->setValueOff(n, static_cast<Value>(value));
       }
     }
   }
@@ -152,7 +153,8 @@ struct Listed {
 std::string nameList(const std::vector<Listed>& grids) {
   std::string text;
   for (const Listed& grid : grids) {
-    text += (text.empty() ? "'" : ", '") + shown(grid.name) + "' (" + grid.type + (grid.level_set ? ", level set" : "") + ")";
+    text += (text.empty() ? "'" : ", '") + shown(grid.name) + "' (" + grid.type +
+            (grid.level_set ? ", level set" : "") + ")";
   }
   return text;
 }
@@ -171,12 +173,12 @@ std::size_t choose(const std::string& path, const std::vector<Listed>& grids, co
   }
   if (!wanted.empty()) {
     if (named.size() == 1 && isReal(grids[named[0]])) return named[0];
-    failVdb(path, "got " + std::to_string(named.size()) + " grids '" + wanted + "', wanted one of real numbers; there are: " +
-                   nameList(grids));
+    failVdb(path, "got " + std::to_string(named.size()) + " grids '" + wanted +
+                      "', wanted one of real numbers; there are: " + nameList(grids));
   }
   if (real.empty()) {
     failVdb(path, "got " + std::to_string(grids.size()) + " grids and none of real numbers" +
-                   (grids.empty() ? "" : ": " + nameList(grids)));
+                      (grids.empty() ? "" : ": " + nameList(grids)));
   }
   if (real.size() == 1) return real[0];
   if (level_sets.size() == 1) return level_sets[0];
@@ -238,13 +240,13 @@ std::string load(const std::string& path, const std::string& wanted) {
   out.put(0.0);
   out.put(std::int64_t{0});
   for (int axis = 0; axis < 3; ++axis) out.put(0.0);
-  out.put(grids.size() > 1 && wanted.empty()
-              ? "VDB file '" + path + "': takes grid '" + shown(chosen.name) + "' of " + nameList(grids) +
-                    "; --grid NAME takes another"
-              : std::string());
+  out.put(grids.size() > 1 && wanted.empty() ? "VDB file '" + path + "': takes grid '" + shown(chosen.name) +
+                                                   "' of " + nameList(grids) + "; --grid NAME takes another"
+                                             : std::string());
   out.put(chosen.name);
   const auto base = file.readGrid(chosen.name);
-  if (!base->transform().isLinear()) failVdb(path, "grid '" + shown(chosen.name) + "': got a transform that is not linear");
+  if (!base->transform().isLinear())
+    failVdb(path, "grid '" + shown(chosen.name) + "': got a transform that is not linear");
   chosen.type == openvdb::FloatGrid::gridType() ? putGrid<openvdb::FloatGrid>(base, out)
                                                 : putGrid<openvdb::DoubleGrid>(base, out);
   return out.take();

@@ -1,6 +1,6 @@
 #pragma once
-// .vdb files, read in a process of their own: a changed byte corrupts OpenVDB's heap or lets it print without end. What comes
-// back is rebuilt here from tiles and leaves that were checked.
+// .vdb files, read in a process of their own: a changed byte corrupts OpenVDB's heap or lets it print without
+// end. What comes back is rebuilt here from tiles and leaves that were checked.
 
 #include <openvdb/openvdb.h>
 
@@ -28,8 +28,9 @@ constexpr char kVdbTruncationKey[] = "ttsdf_truncation";
 constexpr char kVdbFramesKey[] = "ttsdf_frames";
 constexpr char kVdbOriginKey[] = "ttsdf_origin";
 
-/// `grid`: the name of the grid to read; empty: the only one of real numbers, or the only level set among several. Throws
-/// std::runtime_error naming the file; where several grids could be meant, the message lists them.
+/// `grid`: the name of the grid to read; empty: the only one of real numbers, or the only level set among
+/// several. Throws std::runtime_error naming the file; where several grids could be meant, the message lists
+/// them.
 VdbFileGrids readVdbFile(const std::string& path, const std::string& grid);
 
 }  // namespace ttsdf

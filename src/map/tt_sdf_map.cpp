@@ -66,7 +66,8 @@ void check(const TtSdfMap& map) {
 
 std::unique_ptr<TtDistanceField> makeField(const TtSdfMap& map, const TtFieldOptions& options) {
   check(map);
-  auto field = std::make_unique<TtDistanceField>(map.train, relativeToOrigin(map.geometry), map.mask, options);
+  auto field =
+      std::make_unique<TtDistanceField>(map.train, relativeToOrigin(map.geometry), map.mask, options);
   field->setAgreement(map.agreement);
   return field;
 }

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "scene_file.h"
-#include "ttsdf_localization/readers/triangle_file.h"
 #include "ttsdf_localization/geometry/local_origin.h"
+#include "ttsdf_localization/readers/triangle_file.h"
 #include "ttsdf_localization/surface/surface_mesh.h"
 
 namespace ttsdf {
@@ -36,7 +36,8 @@ SurfaceMesh readMesh(const std::string& path, double scale) {
   mesh.vertices = (file.vertices.colwise() - mesh.origin).cast<float>();
   mesh.triangles = std::move(file.triangles);
   if (!mesh.vertices.allFinite()) {
-    throw std::runtime_error("mesh '" + path + "': got coordinates that are too large at scale " + std::to_string(scale));
+    throw std::runtime_error("mesh '" + path + "': got coordinates that are too large at scale " +
+                             std::to_string(scale));
   }
   return mesh;
 }
@@ -58,7 +59,8 @@ void writePly(const SurfaceMesh& mesh, const std::string& path) {
   std::ostringstream header;
   header << "ply\nformat binary_little_endian 1.0\nelement vertex " << mesh.vertices.cols();
   for (const char axis : {'x', 'y', 'z'}) header << "\nproperty " << (far ? "double " : "float ") << axis;
-  header << "\nelement face " << mesh.triangles.cols() << "\nproperty list uchar int vertex_indices\nend_header\n";
+  header << "\nelement face " << mesh.triangles.cols()
+         << "\nproperty list uchar int vertex_indices\nend_header\n";
   std::string bytes = header.str();
   for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n) {
     const Eigen::Vector3d p = mesh.origin + mesh.vertices.col(n).cast<double>();

@@ -17,7 +17,8 @@ namespace ttsdf {
 
 namespace {
 
-/// Runs in the child: vertices as three doubles each and triangles as three numbers each, behind their counts.
+/// Runs in the child: vertices as three doubles each and triangles as three numbers each, behind their
+/// counts.
 std::string importScene(const std::string& path) {
   Assimp::Importer importer;
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
@@ -33,7 +34,8 @@ std::string importScene(const std::string& path) {
       if (face.mNumIndices != 3) continue;
       std::int32_t corners[3];
       for (unsigned c = 0; c < 3; ++c) {
-        if (face.mIndices[c] >= part.mNumVertices) throw std::runtime_error("mesh '" + path + "': got a vertex index out of range");
+        if (face.mIndices[c] >= part.mNumVertices)
+          throw std::runtime_error("mesh '" + path + "': got a vertex index out of range");
         corners[c] = static_cast<std::int32_t>(counts[0] + face.mIndices[c]);
       }
       triangles.append(reinterpret_cast<const char*>(corners), sizeof(corners));

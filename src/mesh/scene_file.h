@@ -7,8 +7,8 @@
 
 namespace ttsdf {
 
-/// All triangles of all meshes of a scene, the nodes' transforms applied. Single precision: assimp has no other. Throws
-/// std::runtime_error naming the file.
+/// All triangles of all meshes of a scene, the nodes' transforms applied. Single precision: assimp has no
+/// other. Throws std::runtime_error naming the file.
 TriangleFile readSceneFile(const std::string& path);
 
 }  // namespace ttsdf

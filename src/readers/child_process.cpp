@@ -69,7 +69,8 @@ void sendAll(int fd, const char* bytes, std::size_t size) {
   }
 }
 
-[[noreturn]] void runChild(int out, [[maybe_unused]] std::size_t space, const ChildLimits& limits, const std::function<std::string()>& work) {
+[[noreturn]] void runChild(int out, [[maybe_unused]] std::size_t space, const ChildLimits& limits,
+                           const std::function<std::string()>& work) {
   const int nowhere = ::open("/dev/null", O_RDWR);
   if (nowhere >= 0) {
     for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nowhere, fd);
@@ -117,10 +118,12 @@ ChildLimits limitsForFile(const std::string& path) {
   return limits;
 }
 
-std::string runInChild(const std::string& what, const ChildLimits& limits, const std::function<std::string()>& work) {
+std::string runInChild(const std::string& what, const ChildLimits& limits,
+                       const std::function<std::string()>& work) {
   using Clock = std::chrono::steady_clock;
   int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(what + ": cannot start a process: " + std::strerror(errno));
+  if (::pipe2(ends, O_CLOEXEC) != 0)
+    throw std::runtime_error(what + ": cannot start a process: " + std::strerror(errno));
   Descriptor in(ends[0]), out(ends[1]);
   const std::size_t space = addressSpace();
   const pid_t child = ::fork();
@@ -129,7 +132,8 @@ std::string runInChild(const std::string& what, const ChildLimits& limits, const
   out.close();
 
   std::string received;
-  const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kWallPerProcessor * limits.seconds));
+  const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                           std::chrono::duration<double>(kWallPerProcessor * limits.seconds));
   const char* stopped = nullptr;
   std::string buffer(1 << 16, '\0');
   for (;;) {
@@ -155,7 +159,8 @@ std::string runInChild(const std::string& what, const ChildLimits& limits, const
   } else if (!stopped && (received.empty() || received[0] == kMemory)) {
     stopped = "reading it takes too much memory";
   }
-  if (stopped) throw std::runtime_error(what + ": the file is damaged or no such file at all (" + stopped + ")");
+  if (stopped)
+    throw std::runtime_error(what + ": the file is damaged or no such file at all (" + stopped + ")");
   const char kind = received[0];
   received.erase(0, 1);
   if (kind == kError) throw std::runtime_error(received);

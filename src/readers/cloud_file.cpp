@@ -20,7 +20,8 @@ std::vector<T> valuesOf(const FileBytes& file) {
   return values;
 }
 
-/// Share of values that may be coordinates in metres: zero, no reading, or from a micrometre to a thousand kilometres.
+/// Share of values that may be coordinates in metres: zero, no reading, or from a micrometre to a thousand
+/// kilometres.
 template <class T>
 double plausibleShare(const std::vector<T>& values) {
   constexpr double kSmallest = 1e-6, kLargest = 1e7;
@@ -45,7 +46,8 @@ bool looksLikeFourColumns(const std::vector<float>& values) {
 
 template <class T>
 Eigen::Matrix3Xd asPoints(const std::vector<T>& values) {
-  return Eigen::Map<const Eigen::Matrix<T, 3, Eigen::Dynamic>>(values.data(), 3, static_cast<Eigen::Index>(values.size() / 3))
+  return Eigen::Map<const Eigen::Matrix<T, 3, Eigen::Dynamic>>(values.data(), 3,
+                                                               static_cast<Eigen::Index>(values.size() / 3))
       .template cast<double>();
 }
 
@@ -68,7 +70,8 @@ CloudFile readRawCloud(const FileBytes& file) {
               ", wanted float32 x y z (a multiple of 12)");
   }
   if (plausibleShare(floats) < kMost) {
-    file.fail("got values that are no coordinates in metres, wanted float32 (or float64) x y z, little endian");
+    file.fail(
+        "got values that are no coordinates in metres, wanted float32 (or float64) x y z, little endian");
   }
   cloud.points = asPoints(floats);
   return cloud;
@@ -97,7 +100,8 @@ CloudFile readPlyCloud(const FileBytes& file) {
     if (&element != vertex) return;
     for (Eigen::Index c = 0; c < 3; ++c) {
       cloud.points(c, n) = item.scalars[wanted[static_cast<std::size_t>(c)]];
-      if (normals) cloud.normals(c, n) = static_cast<float>(item.scalars[wanted[static_cast<std::size_t>(c) + 3]]);
+      if (normals)
+        cloud.normals(c, n) = static_cast<float>(item.scalars[wanted[static_cast<std::size_t>(c) + 3]]);
     }
     ++n;
   });
@@ -112,7 +116,8 @@ CloudFile readTextCloud(const FileBytes& file) {
   while (!cursor.atEnd()) {
     const std::string place = "line " + std::to_string(cursor.lineNumber());
     text = std::string(cursor.line());
-    std::replace_if(text.begin(), text.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
     WordCursor words(text.data(), text.data() + text.size());
     words.skipBlank();
     if (words.atEnd() || *words.position() == '#' || text.compare(0, 2, "//") == 0) continue;
@@ -136,7 +141,8 @@ CloudFile readTextCloud(const FileBytes& file) {
   }
   if (numbers.empty()) file.fail("got no line of numbers, wanted x y z");
   CloudFile cloud;
-  cloud.points = Eigen::Map<const Eigen::Matrix3Xd>(numbers.data(), 3, static_cast<Eigen::Index>(numbers.size() / 3));
+  cloud.points =
+      Eigen::Map<const Eigen::Matrix3Xd>(numbers.data(), 3, static_cast<Eigen::Index>(numbers.size() / 3));
   return cloud;
 }
 
@@ -146,10 +152,12 @@ CloudFile readCloudFile(const std::string& path) {
     return std::any_of(names.begin(), names.end(), [&](const char* name) { return ending == name; });
   };
   if (!is({".pcd", ".ply", ".bin", ".xyz", ".txt", ".pts", ".asc", ".csv", ".xyzn"})) {
-    throw std::runtime_error("scan '" + path + "': got ending '" + ending + "', wanted .pcd, .ply, .xyz, .csv or .bin");
+    throw std::runtime_error("scan '" + path + "': got ending '" + ending +
+                             "', wanted .pcd, .ply, .xyz, .csv or .bin");
   }
   std::error_code error;
-  if (is({".bin"}) && std::filesystem::is_regular_file(path) && std::filesystem::file_size(path, error) == 0) return {};
+  if (is({".bin"}) && std::filesystem::is_regular_file(path) && std::filesystem::file_size(path, error) == 0)
+    return {};
   const FileBytes file("scan", path);
   if (is({".pcd"})) return readPcd(file);
   if (is({".ply"})) return readPlyCloud(file);
@@ -160,8 +168,9 @@ CloudFile readCloudFile(const std::string& path) {
 Eigen::Matrix3Xf readScanFile(const std::string& path) {
   const CloudFile cloud = readCloudFile(path);
   if (cloud.whole_numbers) {
-    throw std::runtime_error("scan '" + path +
-                             "': got whole numbers for x y z (millimetres?), wanted float32 or float64 in metres");
+    throw std::runtime_error(
+        "scan '" + path +
+        "': got whole numbers for x y z (millimetres?), wanted float32 or float64 in metres");
   }
   return cloud.points.cast<float>();
 }

@@ -37,7 +37,8 @@ void FileBytes::refuseStandIns() const {
   if (start.rfind("<!DOCTYPE html", 0) == 0 || start.rfind("<html", 0) == 0) {
     fail("is a web page: the download got a page about the file instead of the file");
   }
-  if (start.rfind("PK\3\4", 0) == 0 || start.rfind("\x1f\x8b", 0) == 0) fail("is compressed (zip or gzip), wanted it unpacked");
+  if (start.rfind("PK\3\4", 0) == 0 || start.rfind("\x1f\x8b", 0) == 0)
+    fail("is compressed (zip or gzip), wanted it unpacked");
 }
 
 void FileBytes::fail(const std::string& message) const {

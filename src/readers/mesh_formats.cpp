@@ -47,7 +47,8 @@ void readPlyTriangles(const FileBytes& file, TriangleSoup& soup) {
   int list = -1;
   ply.read([&](const PlyElement& element, const PlyItem& item) {
     if (&element == vertex) {
-      soup.addVertex(item.scalars[static_cast<std::size_t>(xyz[0])], item.scalars[static_cast<std::size_t>(xyz[1])],
+      soup.addVertex(item.scalars[static_cast<std::size_t>(xyz[0])],
+                     item.scalars[static_cast<std::size_t>(xyz[1])],
                      item.scalars[static_cast<std::size_t>(xyz[2])]);
       return;
     }
@@ -58,12 +59,14 @@ void readPlyTriangles(const FileBytes& file, TriangleSoup& soup) {
       list = facesProperty(file, element);
     }
     corners.clear();
-    for (const double index : item.lists[static_cast<std::size_t>(list)]) corners.push_back(asIndex(file, index));
+    for (const double index : item.lists[static_cast<std::size_t>(list)])
+      corners.push_back(asIndex(file, index));
     strips ? soup.addStrip(corners) : soup.addPolygon(corners);
   });
 }
 
-// ---- OFF: line by line, comments from '#' on; what follows the coordinates (colours, normals) is skipped ----
+// ---- OFF: line by line, comments from '#' on; what follows the coordinates (colours, normals) is skipped
+// ----
 
 namespace {
 
@@ -93,7 +96,8 @@ void readOffTriangles(const FileBytes& file, TriangleSoup& soup) {
   const std::string_view magic = header.next();
   const std::size_t end = magic.find("OFF");
   static const std::vector<std::string_view> kKinds = {"", "C", "N", "CN", "NC", "ST", "STC", "STN", "STCN"};
-  if (end == std::string_view::npos || std::find(kKinds.begin(), kKinds.end(), magic.substr(0, end)) == kKinds.end()) {
+  if (end == std::string_view::npos ||
+      std::find(kKinds.begin(), kKinds.end(), magic.substr(0, end)) == kKinds.end()) {
     file.fail("got '" + shown(magic) + "' in the first line, wanted OFF");
   }
   if (end + 3 < magic.size()) {  // "OFF490 518 0", as ModelNet has it
@@ -104,7 +108,8 @@ void readOffTriangles(const FileBytes& file, TriangleSoup& soup) {
   }
   if (!header.atEnd() && *header.position() == 'B') file.fail("is a binary OFF file, wanted a text");
   const std::int64_t vertices = offCount(file, header), faces = offCount(file, header);
-  if (static_cast<double>(vertices) + static_cast<double>(faces) > static_cast<double>(cursor.remaining()) / 2.0 + 1.0) {
+  if (static_cast<double>(vertices) + static_cast<double>(faces) >
+      static_cast<double>(cursor.remaining()) / 2.0 + 1.0) {
     file.fail("is truncated: its header promises " + std::to_string(vertices) + " vertices and " +
               std::to_string(faces) + " faces in " + std::to_string(file.size()) + " bytes");
   }
@@ -128,7 +133,8 @@ void readOffTriangles(const FileBytes& file, TriangleSoup& soup) {
       std::int64_t corner = -1;
       const std::string_view word = words.next();
       if (!parseNumber(word, &corner)) {
-        file.fail("got '" + shown(word) + "' in " + place + ", wanted " + std::to_string(count) + " indices of vertices");
+        file.fail("got '" + shown(word) + "' in " + place + ", wanted " + std::to_string(count) +
+                  " indices of vertices");
       }
       corners.push_back(corner);
     }
@@ -144,7 +150,8 @@ void readObjVertex(const FileBytes& file, WordCursor& words, const std::string& 
   double v[7];
   int count = 0;
   for (std::string_view word = words.next(); !word.empty() && count < 7; word = words.next()) {
-    if (!parseNumber(word, &v[count++])) file.fail("got '" + shown(word) + "' in " + place + ", wanted numbers");
+    if (!parseNumber(word, &v[count++]))
+      file.fail("got '" + shown(word) + "' in " + place + ", wanted numbers");
   }
   if (count < 3) file.fail("got " + std::to_string(count) + " numbers in " + place + ", wanted x y z");
   // Four numbers are x y z w, six or seven a colour besides.
@@ -157,7 +164,8 @@ void readObjFace(const FileBytes& file, WordCursor& words, const std::string& pl
   for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
     std::int64_t index = 0;
     if (!parseNumber(word.substr(0, word.find('/')), &index) || index == 0) {
-      file.fail("got '" + shown(word) + "' in " + place + ", wanted indices of vertices (1, 2, ... or -1, -2, ...)");
+      file.fail("got '" + shown(word) + "' in " + place +
+                ", wanted indices of vertices (1, 2, ... or -1, -2, ...)");
     }
     const std::int64_t corner = index > 0 ? index - 1 : static_cast<std::int64_t>(soup.vertexCount()) + index;
     if (corner < 0) {
@@ -167,7 +175,8 @@ void readObjFace(const FileBytes& file, WordCursor& words, const std::string& pl
     corners.push_back(corner);
   }
   if (corners.size() < 3) {
-    file.fail("got a face of " + std::to_string(corners.size()) + " corners in " + place + ", wanted three or more");
+    file.fail("got a face of " + std::to_string(corners.size()) + " corners in " + place +
+              ", wanted three or more");
   }
   soup.addPolygon(corners);
 }
@@ -239,13 +248,15 @@ void readTextStl(const FileBytes& file, TriangleSoup& soup) {
       double p[3];
       for (double& x : p) {
         const std::string_view word = words.next();
-        if (!parseNumber(word, &x)) file.fail("got '" + shown(word) + "' in " + place + ", wanted vertex x y z");
+        if (!parseNumber(word, &x))
+          file.fail("got '" + shown(word) + "' in " + place + ", wanted vertex x y z");
       }
       corners.push_back(static_cast<std::int64_t>(soup.vertexCount()));
       soup.addVertex(p[0], p[1], p[2]);
     } else if (keyword == "endfacet") {
       if (corners.size() < 3) {
-        file.fail("got a facet of " + std::to_string(corners.size()) + " vertices that ends in " + place + ", wanted 3");
+        file.fail("got a facet of " + std::to_string(corners.size()) + " vertices that ends in " + place +
+                  ", wanted 3");
       }
       soup.addPolygon(corners);
       corners.clear();

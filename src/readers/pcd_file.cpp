@@ -55,7 +55,8 @@ class HeaderReader {
     const std::string key(words.nextInLine());
     if (key.empty() || key[0] == '#' || key == "VERSION") return;
     std::vector<std::string> values;
-    for (std::string_view word = words.nextInLine(); !word.empty(); word = words.nextInLine()) values.emplace_back(word);
+    for (std::string_view word = words.nextInLine(); !word.empty(); word = words.nextInLine())
+      values.emplace_back(word);
     if (key == "FIELDS" || key == "COLUMNS") {
       for (const std::string& name : values) {
         header_.fields.emplace_back();
@@ -78,23 +79,25 @@ class HeaderReader {
         file_.fail("got DATA '" + shown(header_.data) + "', wanted ascii, binary or binary_compressed");
       }
     } else {
-      file_.fail("got the header line '" + shown(line) + "', wanted a PCD header (FIELDS, SIZE, TYPE, WIDTH, ... DATA)");
+      file_.fail("got the header line '" + shown(line) +
+                 "', wanted a PCD header (FIELDS, SIZE, TYPE, WIDTH, ... DATA)");
     }
   }
 
   std::int64_t number(const std::string& key, const std::vector<std::string>& values) const {
     std::int64_t value = -1;
-    if (values.size() != 1 || !parseNumber(std::string_view(values[0]), &value) || value < 0 || value > kMostPoints) {
-      file_.fail("got " + key + " '" + (values.empty() ? "" : shown(values[0])) + "', wanted one number from 0 to " +
-                 std::to_string(kMostPoints));
+    if (values.size() != 1 || !parseNumber(std::string_view(values[0]), &value) || value < 0 ||
+        value > kMostPoints) {
+      file_.fail("got " + key + " '" + (values.empty() ? "" : shown(values[0])) +
+                 "', wanted one number from 0 to " + std::to_string(kMostPoints));
     }
     return value;
   }
 
   void parsePerField(const std::string& key, const std::vector<std::string>& values) {
     if (values.size() != header_.fields.size() || values.empty()) {
-      file_.fail("got " + std::to_string(values.size()) + " values in its " + key + " line, wanted one for each of " +
-                 std::to_string(header_.fields.size()) + " fields");
+      file_.fail("got " + std::to_string(values.size()) + " values in its " + key +
+                 " line, wanted one for each of " + std::to_string(header_.fields.size()) + " fields");
     }
     for (std::size_t n = 0; n < values.size(); ++n) {
       Field& field = header_.fields[n];
@@ -103,8 +106,10 @@ class HeaderReader {
         continue;
       }
       std::int64_t& target = key == "SIZE" ? field.size : field.count;
-      if (!parseNumber(std::string_view(values[n]), &target) || target < (key == "SIZE" ? 1 : 0) || target > kMostWords) {
-        file_.fail("got " + key + " '" + shown(values[n]) + "' of field '" + shown(field.name) + "', wanted 1, 2, 4, ...");
+      if (!parseNumber(std::string_view(values[n]), &target) || target < (key == "SIZE" ? 1 : 0) ||
+          target > kMostWords) {
+        file_.fail("got " + key + " '" + shown(values[n]) + "' of field '" + shown(field.name) +
+                   "', wanted 1, 2, 4, ...");
       }
     }
   }
@@ -112,7 +117,8 @@ class HeaderReader {
   void parseViewpoint(const std::vector<std::string>& values) {
     double v[7];
     bool good = values.size() == 7;
-    for (std::size_t n = 0; good && n < 7; ++n) good = parseNumber(std::string_view(values[n]), &v[n]) && std::isfinite(v[n]);
+    for (std::size_t n = 0; good && n < 7; ++n)
+      good = parseNumber(std::string_view(values[n]), &v[n]) && std::isfinite(v[n]);
     const Eigen::Quaterniond q(good ? v[3] : 0.0, good ? v[4] : 0.0, good ? v[5] : 0.0, good ? v[6] : 0.0);
     if (!good || std::abs(q.norm() - 1.0) > 0.01) return;  // nobody needs it: old files have zeros
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
@@ -128,16 +134,19 @@ class HeaderReader {
       const bool whole = (field.type == 'I' || field.type == 'U') &&
                          (field.size == 1 || field.size == 2 || field.size == 4 || field.size == 8);
       if (!real && !whole) {
-        file_.fail("got field '" + shown(field.name) + "' of type " + shown(std::string(1, field.type)) + " and " +
-                   std::to_string(field.size) + " bytes, wanted F of 4 or 8, I or U of 1, 2, 4 or 8");
+        file_.fail("got field '" + shown(field.name) + "' of type " + shown(std::string(1, field.type)) +
+                   " and " + std::to_string(field.size) +
+                   " bytes, wanted F of 4 or 8, I or U of 1, 2, 4 or 8");
       }
       field.offset = header_.data == "ascii" ? header_.point_words : header_.point_bytes;
       header_.point_bytes += static_cast<std::size_t>(field.size * field.count);
       header_.point_words += static_cast<std::size_t>(field.count);
     }
-    const double area = header_.width >= 0 ? static_cast<double>(header_.width) * static_cast<double>(header_.height)
-                                           : static_cast<double>(header_.points);
-    if (header_.points < 0) header_.points = area <= static_cast<double>(kMostPoints) ? static_cast<std::int64_t>(area) : -1;
+    const double area = header_.width >= 0
+                            ? static_cast<double>(header_.width) * static_cast<double>(header_.height)
+                            : static_cast<double>(header_.points);
+    if (header_.points < 0)
+      header_.points = area <= static_cast<double>(kMostPoints) ? static_cast<std::int64_t>(area) : -1;
     if (header_.points < 0 || static_cast<double>(header_.points) != area) {
       file_.fail("got WIDTH " + std::to_string(header_.width) + ", HEIGHT " + std::to_string(header_.height) +
                  " and POINTS " + std::to_string(header_.points) + ", wanted POINTS = WIDTH x HEIGHT");
@@ -196,8 +205,8 @@ void put(CloudFile& cloud, std::size_t f, Eigen::Index n, double value) {
   }
 }
 
-void readText(const FileBytes& file, const Header& header, const char* data, const std::vector<const Field*>& fields,
-              CloudFile& cloud) {
+void readText(const FileBytes& file, const Header& header, const char* data,
+              const std::vector<const Field*>& fields, CloudFile& cloud) {
   WordCursor cursor(data, file.end());
   std::vector<std::string_view> words(header.point_words);
   for (std::int64_t n = 0; n < header.points; ++n) {
@@ -222,18 +231,21 @@ void readText(const FileBytes& file, const Header& header, const char* data, con
     }
   }
   cursor.skipBlank();
-  if (!cursor.atEnd()) file.fail("got more points than the " + std::to_string(header.points) + " of its header");
+  if (!cursor.atEnd())
+    file.fail("got more points than the " + std::to_string(header.points) + " of its header");
 }
 
 /// Where a field's value of a point is: beside the others of the point, or field by field (compressed files).
-void readBytes(const Header& header, const char* bytes, bool by_field, const std::vector<const Field*>& fields,
-               CloudFile& cloud) {
+void readBytes(const Header& header, const char* bytes, bool by_field,
+               const std::vector<const Field*>& fields, CloudFile& cloud) {
   const auto points = static_cast<std::size_t>(header.points);
   for (std::size_t f = 0; f < fields.size(); ++f) {
     const Field& field = *fields[f];
     const char* first = bytes + (by_field ? field.offset * points : field.offset);
-    const std::size_t step = by_field ? static_cast<std::size_t>(field.size * field.count) : header.point_bytes;
-    for (std::size_t n = 0; n < points; ++n) put(cloud, f, static_cast<Eigen::Index>(n), valueAt(field, first + n * step));
+    const std::size_t step =
+        by_field ? static_cast<std::size_t>(field.size * field.count) : header.point_bytes;
+    for (std::size_t n = 0; n < points; ++n)
+      put(cloud, f, static_cast<Eigen::Index>(n), valueAt(field, first + n * step));
   }
 }
 
@@ -243,11 +255,12 @@ std::vector<char> expanded(const FileBytes& file, const char* data, std::size_t 
   std::memcpy(sizes, data, sizeof(sizes));
   const auto left = static_cast<std::size_t>(file.end() - data) - sizeof(sizes);
   if (sizes[0] > left) {
-    file.fail("is truncated: got " + std::to_string(left) + " bytes of compressed data, wanted " + std::to_string(sizes[0]));
+    file.fail("is truncated: got " + std::to_string(left) + " bytes of compressed data, wanted " +
+              std::to_string(sizes[0]));
   }
   if (sizes[1] != wanted) {
-    file.fail("got " + std::to_string(sizes[1]) + " bytes behind the compression, wanted " + std::to_string(wanted) +
-              " for the points of its header");
+    file.fail("got " + std::to_string(sizes[1]) + " bytes behind the compression, wanted " +
+              std::to_string(wanted) + " for the points of its header");
   }
   constexpr double kBestRatio = 100.0;  // LZF makes 264 bytes of three at the best
   if (static_cast<double>(wanted) > kBestRatio * (static_cast<double>(sizes[0]) + 3.0)) {
@@ -294,13 +307,15 @@ CloudFile readPcd(const FileBytes& file) {
   const std::vector<const Field*> fields = wantedFields(file, header);
   const auto left = static_cast<double>(file.end() - reader.data());
   const double wanted = static_cast<double>(header.points) * static_cast<double>(header.point_bytes);
-  const double fewest = header.data == "ascii" ? 2.0 * static_cast<double>(header.points) * static_cast<double>(header.point_words) - 1.0
-                        : header.data == "binary" ? wanted
-                                                  : 0.0;
+  const double fewest =
+      header.data == "ascii"
+          ? 2.0 * static_cast<double>(header.points) * static_cast<double>(header.point_words) - 1.0
+      : header.data == "binary" ? wanted
+                                : 0.0;
   if (fewest > left) {
     file.fail("is truncated: its header promises " + std::to_string(header.points) + " points of " +
-              std::to_string(header.point_bytes) + " bytes, got " + std::to_string(static_cast<long long>(left)) +
-              " bytes of data");
+              std::to_string(header.point_bytes) + " bytes, got " +
+              std::to_string(static_cast<long long>(left)) + " bytes of data");
   }
   std::vector<char> bytes;
   if (header.data == "binary_compressed" && wanted > 0.0) {

@@ -29,13 +29,14 @@ std::size_t bytesOf(PlyType type) {
 
 bool typeFromName(std::string_view name, PlyType* type) {
   static const std::vector<std::pair<std::string_view, PlyType>> kNames = {
-      {"char", PlyType::kInt8},      {"int8", PlyType::kInt8},      {"uchar", PlyType::kUint8},
-      {"uint8", PlyType::kUint8},    {"short", PlyType::kInt16},    {"int16", PlyType::kInt16},
-      {"ushort", PlyType::kUint16},  {"uint16", PlyType::kUint16},  {"int", PlyType::kInt32},
-      {"int32", PlyType::kInt32},    {"uint", PlyType::kUint32},    {"uint32", PlyType::kUint32},
+      {"char", PlyType::kInt8},      {"int8", PlyType::kInt8},       {"uchar", PlyType::kUint8},
+      {"uint8", PlyType::kUint8},    {"short", PlyType::kInt16},     {"int16", PlyType::kInt16},
+      {"ushort", PlyType::kUint16},  {"uint16", PlyType::kUint16},   {"int", PlyType::kInt32},
+      {"int32", PlyType::kInt32},    {"uint", PlyType::kUint32},     {"uint32", PlyType::kUint32},
       {"float", PlyType::kFloat32},  {"float32", PlyType::kFloat32}, {"double", PlyType::kFloat64},
       {"float64", PlyType::kFloat64}};
-  const auto found = std::find_if(kNames.begin(), kNames.end(), [&](const auto& n) { return n.first == name; });
+  const auto found =
+      std::find_if(kNames.begin(), kNames.end(), [&](const auto& n) { return n.first == name; });
   if (found == kNames.end()) return false;
   *type = found->second;
   return true;
@@ -94,7 +95,8 @@ class ValueSource {
 
 class BinarySource : public ValueSource {
  public:
-  BinarySource(const FileBytes& file, const char* begin, bool swap) : file_(file), position_(begin), swap_(swap) {}
+  BinarySource(const FileBytes& file, const char* begin, bool swap)
+      : file_(file), position_(begin), swap_(swap) {}
 
   double next(PlyType type) override {
     const std::size_t size = bytesOf(type);
@@ -129,13 +131,15 @@ class AsciiSource : public ValueSource {
     const std::string_view word = words_.next();
     if (word.empty()) file_.fail("is truncated: got its end in " + place());
     double value = 0.0;
-    if (!parseNumber(word, &value)) file_.fail("got '" + shown(word) + "' in " + place() + ", wanted a number");
+    if (!parseNumber(word, &value))
+      file_.fail("got '" + shown(word) + "' in " + place() + ", wanted a number");
     return value;
   }
   void endItem() override {
     const std::string_view rest = words_.nextInLine();
     if (!rest.empty()) {
-      file_.fail("got '" + shown(rest) + "' behind the values of " + place() + ", wanted the line to end there");
+      file_.fail("got '" + shown(rest) + "' behind the values of " + place() +
+                 ", wanted the line to end there");
     }
   }
   std::uint64_t mostValues(PlyType) const override { return words_.remaining() / 2 + 1; }
@@ -159,8 +163,8 @@ void readItem(const FileBytes& file, const PlyElement& element, ValueSource& sou
     const double length = source.next(property.count_type);
     // The comparison also refuses NaN.
     if (!(length >= 0.0 && length <= static_cast<double>(source.mostValues(property.type)))) {
-      file.fail("is truncated or damaged: got a list of " + std::to_string(static_cast<long long>(length)) + " values in " + source.place() +
-                ", more than the rest of the file holds");
+      file.fail("is truncated or damaged: got a list of " + std::to_string(static_cast<long long>(length)) +
+                " values in " + source.place() + ", more than the rest of the file holds");
     }
     item.scalars[p] = length;
     std::vector<double>& values = item.lists[p];
@@ -209,7 +213,9 @@ void PlyFile::parseHeader() {
       if (name != "ascii" && name != "binary_little_endian" && name != "binary_big_endian") {
         fail("got format '" + shown(name) + "', wanted ascii, binary_little_endian or binary_big_endian");
       }
-      format_ = name == "ascii" ? Format::kAscii : name == "binary_big_endian" ? Format::kBig : Format::kLittle;
+      format_ = name == "ascii"               ? Format::kAscii
+                : name == "binary_big_endian" ? Format::kBig
+                                              : Format::kLittle;
       has_format = true;
     } else if (keyword == "element") {
       PlyElement element;
@@ -223,7 +229,8 @@ void PlyFile::parseHeader() {
     } else if (keyword == "property") {
       parseProperty(words, line);
     } else {
-      fail("got the header line '" + shown(line) + "', wanted format, comment, element, property or end_header");
+      fail("got the header line '" + shown(line) +
+           "', wanted format, comment, element, property or end_header");
     }
   }
   if (!has_format) fail("got a header without its format line");
@@ -242,7 +249,8 @@ void PlyFile::parseProperty(WordCursor& words, std::string_view line) {
   good = good && typeFromName(type, &property.type);
   property.name = std::string(words.nextInLine());
   if (!good || property.name.empty() || elements_.back().find(property.name) >= 0) {
-    fail("got the header line '" + shown(line) + "', wanted: property [list COUNT-TYPE] TYPE NAME, in an element, once");
+    fail("got the header line '" + shown(line) +
+         "', wanted: property [list COUNT-TYPE] TYPE NAME, in an element, once");
   }
   elements_.back().properties.push_back(std::move(property));
 }

@@ -42,8 +42,8 @@ class PlyFile {
 
   const std::vector<PlyElement>& elements() const { return elements_; }
   const PlyElement* find(const std::string& element) const;
-  /// Hands over every item of every element, in the order of the file. Throws std::runtime_error: an end before the counts
-  /// of the header are reached, more after it, words that are no numbers.
+  /// Hands over every item of every element, in the order of the file. Throws std::runtime_error: an end
+  /// before the counts of the header are reached, more after it, words that are no numbers.
   void read(const std::function<void(const PlyElement&, const PlyItem&)>& visit) const;
 
  private:

@@ -41,7 +41,9 @@ bool contains(const Eigen::Vector3d& normal, const Eigen::Vector3d& a, const Eig
 /// The place in `left` of a corner whose triangle holds no other corner; -1 if there is none.
 int findEar(const Corners& p, const Eigen::Vector3d& normal, const std::vector<int>& left) {
   const std::size_t count = left.size();
-  const auto corner = [&](std::size_t n) -> const Eigen::Vector3d& { return p[static_cast<std::size_t>(left[n % count])]; };
+  const auto corner = [&](std::size_t n) -> const Eigen::Vector3d& {
+    return p[static_cast<std::size_t>(left[n % count])];
+  };
   for (std::size_t n = 0; n < count; ++n) {
     const Eigen::Vector3d &a = corner(n + count - 1), &b = corner(n), &c = corner(n + 1);
     if (turn(normal, a, b, c) <= 0.0) continue;

@@ -10,8 +10,8 @@ namespace ttsdf {
 
 namespace {
 
-constexpr std::size_t kMostCorners = 10000;     // of a polygon
-constexpr std::size_t kMostConcaveWork = 500;   // corners of a polygon that must be cut ear by ear
+constexpr std::size_t kMostCorners = 10000;    // of a polygon
+constexpr std::size_t kMostConcaveWork = 500;  // corners of a polygon that must be cut ear by ear
 
 /// Equal coordinates, -0 and 0 among them.
 struct VertexHash {
@@ -81,8 +81,8 @@ TriangleFile TriangleSoup::finish() {
       std::vector<int> distinct = names;
       std::sort(distinct.begin(), distinct.end());
       if (std::unique(distinct.begin(), distinct.end()) != distinct.end()) {
-        file_.fail("got a polygon of " + std::to_string(polygon.size()) + " corners, some of them equal, in face " +
-                   std::to_string(f));
+        file_.fail("got a polygon of " + std::to_string(polygon.size()) +
+                   " corners, some of them equal, in face " + std::to_string(f));
       }
     }
     splitPolygon(polygon, split);
@@ -100,7 +100,8 @@ TriangleFile TriangleSoup::finish() {
   result.vertices.resize(3, static_cast<Eigen::Index>(kept.size()));
   for (std::size_t n = 0; n < kept.size(); ++n) result.vertices.col(static_cast<Eigen::Index>(n)) = kept[n];
   result.triangles.resize(3, static_cast<Eigen::Index>(triangles.size()));
-  for (std::size_t n = 0; n < triangles.size(); ++n) result.triangles.col(static_cast<Eigen::Index>(n)) = triangles[n];
+  for (std::size_t n = 0; n < triangles.size(); ++n)
+    result.triangles.col(static_cast<Eigen::Index>(n)) = triangles[n];
   return result;
 }
 

@@ -39,8 +39,8 @@ void readOffTriangles(const FileBytes& file, TriangleSoup& soup);
 void readObjTriangles(const FileBytes& file, TriangleSoup& soup);
 void readStlTriangles(const FileBytes& file, TriangleSoup& soup);
 
-/// Splits a polygon into triangles of its corners: a fan where it is convex, ears elsewhere. `split` receives places in
-/// `corners`, three per triangle.
+/// Splits a polygon into triangles of its corners: a fan where it is convex, ears elsewhere. `split` receives
+/// places in `corners`, three per triangle.
 void splitPolygon(const std::vector<Eigen::Vector3d>& corners, std::vector<int>& split);
 
 }  // namespace ttsdf

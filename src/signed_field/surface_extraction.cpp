@@ -52,7 +52,8 @@ SurfaceMesh zeroLevel(const DenseTensor& values, const SupportMask& mask, const 
 
 SurfaceMesh extractSurface(const TsdfVolume& volume) {
   if (volume.empty()) return {};
-  SurfaceMesh mesh = observedSurface(observedGrid(volume, 2, volume.options().threads), kMinSurfacePiece).mesh;
+  SurfaceMesh mesh =
+      observedSurface(observedGrid(volume, 2, volume.options().threads), kMinSurfacePiece).mesh;
   mesh.origin = volume.origin();
   return mesh;
 }

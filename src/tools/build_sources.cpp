@@ -73,7 +73,8 @@ void checkAgreement(const BuildArguments& a, const FrameFolder& folder, const Fr
   const FrameCheck check = checkFrames(folder, given, frames, options);
   using Verdict = FrameCheck::Verdict;
   if (check.verdict() == Verdict::kNonsense && !a.trust_frames) {
-    throw std::runtime_error("frame folder '" + a.frames + "': " + check.message() + " (--trust-frames builds anyway)");
+    throw std::runtime_error("frame folder '" + a.frames + "': " + check.message() +
+                             " (--trust-frames builds anyway)");
   }
   if (check.verdict() == Verdict::kDoubtful || check.verdict() == Verdict::kNonsense) {
     progress.note("ttsdf_build: warning: " + check.message());
@@ -138,20 +139,23 @@ TsdfVolume readVolume(const BuildArguments& a, Progress& progress) {
   return volume;
 }
 
-TsdfVolume volumeOfCloud(const BuildArguments& a, const OrientedCloud& cloud, Progress& progress, const BuildProgress& show) {
+TsdfVolume volumeOfCloud(const BuildArguments& a, const OrientedCloud& cloud, Progress& progress,
+                         const BuildProgress& show) {
   CloudReport report;
   TsdfVolume volume = volumeFromCloud(cloud, a.fusion, &report, show);
   const std::string name = a.cloud.empty() ? a.octomap : a.cloud;
   if (report.normals_estimated) {
     progress.note("ttsdf_build: '" + name + "': normals estimated, turned " +
-                  (cloud.viewpoint ? std::string("towards the file's viewpoint")
-                                   : "towards the " + a.cloud_from + " (--cloud-from " +
-                                         (a.cloud_from == "inside" ? "outside" : "inside") + " turns them round)"));
+                  (cloud.viewpoint
+                       ? std::string("towards the file's viewpoint")
+                       : "towards the " + a.cloud_from + " (--cloud-from " +
+                             (a.cloud_from == "inside" ? "outside" : "inside") + " turns them round)"));
   }
   if (!report.outliers.empty()) progress.note("ttsdf_build: warning: '" + name + "': " + report.outliers);
   if (report.spacing > 3.0 * a.fusion.voxel_size) {
     progress.note("ttsdf_build: warning: '" + name + "': points lie " + std::to_string(report.spacing) +
-                  " m apart, too far for voxels of " + std::to_string(a.fusion.voxel_size) + " m: the surface has holes");
+                  " m apart, too far for voxels of " + std::to_string(a.fusion.voxel_size) +
+                  " m: the surface has holes");
   }
   return volume;
 }
@@ -159,7 +163,9 @@ TsdfVolume volumeOfCloud(const BuildArguments& a, const OrientedCloud& cloud, Pr
 TsdfVolume readCloud(const BuildArguments& a, Progress& progress, const BuildProgress& show) {
   CloudFile file = readCloudFile(a.cloud);
   if (file.whole_numbers && a.scale == 1.0) {
-    throw std::runtime_error("scan '" + a.cloud + "': got whole numbers for x y z, wanted their unit (--scale 0.001: millimetres)");
+    throw std::runtime_error(
+        "scan '" + a.cloud +
+        "': got whole numbers for x y z, wanted their unit (--scale 0.001: millimetres)");
   }
   OrientedCloud cloud;
   cloud.points = a.scale * file.points;

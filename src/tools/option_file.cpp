@@ -14,7 +14,8 @@ namespace {
 constexpr int kDeepest = 16;
 constexpr std::size_t kMostBytes = 1 << 20;
 
-/// Goes through a document without building anything of it; yaml-cpp descends by recursion, and this ends it early.
+/// Goes through a document without building anything of it; yaml-cpp descends by recursion, and this ends it
+/// early.
 class Guard : public YAML::EventHandler {
  public:
   explicit Guard(std::string file) : file_(std::move(file)) {}
@@ -22,14 +23,17 @@ class Guard : public YAML::EventHandler {
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
-    throw std::runtime_error(file_ + "got an alias in line " + std::to_string(mark.line + 1) + ", wanted plain values");
+    throw std::runtime_error(file_ + "got an alias in line " + std::to_string(mark.line + 1) +
+                             ", wanted plain values");
   }
   void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
-  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
     deeper(mark);
   }
   void OnSequenceEnd() override { --depth_; }
-  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
     deeper(mark);
   }
   void OnMapEnd() override { --depth_; }
@@ -37,8 +41,8 @@ class Guard : public YAML::EventHandler {
  private:
   void deeper(const YAML::Mark& mark) {
     if (++depth_ > kDeepest) {
-      throw std::runtime_error(file_ + "is nested deeper than " + std::to_string(kDeepest) + " levels in line " +
-                               std::to_string(mark.line + 1));
+      throw std::runtime_error(file_ + "is nested deeper than " + std::to_string(kDeepest) +
+                               " levels in line " + std::to_string(mark.line + 1));
     }
   }
 
@@ -56,7 +60,8 @@ YAML::Node loadOptionFile(const std::string& path) {
   text << in.rdbuf();
   if (!in) throw std::runtime_error(name + "cannot be read");
   if (text.str().size() > kMostBytes) {
-    throw std::runtime_error(name + "got " + std::to_string(text.str().size()) + " bytes, wanted at most a megabyte");
+    throw std::runtime_error(name + "got " + std::to_string(text.str().size()) +
+                             " bytes, wanted at most a megabyte");
   }
   try {
     YAML::Parser parser(text);

@@ -46,8 +46,8 @@ void Progress::say() {
   const double percent = 100.0 * std::clamp(share_, 0.0, 1.0);
   const std::string step = step_.empty() ? "reading" : step_;
   if (!terminal_) {
-    std::fprintf(stderr, "%s%s%s, %.0f %%, after %.0f s\n", program_.c_str(), program_.empty() ? "" : ": ", step.c_str(),
-                 percent, seconds);
+    std::fprintf(stderr, "%s%s%s, %.0f %%, after %.0f s\n", program_.c_str(), program_.empty() ? "" : ": ",
+                 step.c_str(), percent, seconds);
     return;
   }
   const auto filled = static_cast<std::size_t>(percent / 100.0 * kBarWidth);

@@ -1,6 +1,5 @@
 #include "ttsdf_localization/tools/scan_io.h"
 
-
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
@@ -67,7 +66,8 @@ std::vector<BatchEntry> readBatch(const std::string& path) {
     if (words.empty() || words[0][0] == '#') continue;
     if (words.size() < 2 || words.size() > 3) {
       throw std::runtime_error("batch list '" + path + "', line " + std::to_string(number) + ": got " +
-                               std::to_string(words.size()) + " words, wanted: scan prior [truth] (names with blanks in double quotes)");
+                               std::to_string(words.size()) +
+                               " words, wanted: scan prior [truth] (names with blanks in double quotes)");
     }
     BatchEntry entry{words[0], words[1], std::nullopt};
     if (words.size() == 3 && words[2] != "-") entry.truth = words[2];

@@ -16,26 +16,31 @@ namespace {
 
 void declare(ttsdf::CommandLine& line, ttsdf::BuildArguments& a) {
   line.value("frames", "DIR", a.frames,
-             "Folder of depth frames with poses. Its layout is found out: 7-Scenes / 3DMatch (frame-NNNNNN.depth.png, "
-             "frame-NNNNNN.pose.txt, camera-intrinsics.txt), BundleFusion, ScanNet, TUM RGB-D, Redwood / Open3D, ICL-NUIM, "
+             "Folder of depth frames with poses. Its layout is found out: 7-Scenes / 3DMatch "
+             "(frame-NNNNNN.depth.png, "
+             "frame-NNNNNN.pose.txt, camera-intrinsics.txt), BundleFusion, ScanNet, TUM RGB-D, Redwood / "
+             "Open3D, ICL-NUIM, "
              "Replica.")
       .value("mesh", "FILE", a.mesh, "Mesh: .ply, .obj, .off, .stl, .gltf or .glb.")
       .value("vdb", "FILE", a.vdb, "Level set or truncated signed distance grid (OpenVDB).")
       .value("cloud", "FILE", a.cloud,
              "Points of surfaces: .pcd, .ply, .xyz, .csv or .bin; normals are used or estimated.")
       .value("cloud-from", "SIDE", a.cloud_from,
-             "Where free space is for a cloud without normals and viewpoint: inside (rooms) or outside (objects).")
+             "Where free space is for a cloud without normals and viewpoint: inside (rooms) or outside "
+             "(objects).")
       .value("octomap", "FILE", a.octomap, "Octree of octomap: .bt or .ot.")
       .value("grid", "NAME", a.grid, "Grid of the .vdb file, where it holds several.")
       .value("output", "MAP.ttsdf", a.output, "The map.")
       .value("report", "REPORT.json", a.report, "Figures of the build.")
       .value("save-vdb", "FILE", a.save_vdb, "Keeps the uncompressed truncated signed distance volume.")
-      .value("depth-scale", "N", a.depth_scale, "Units of the depth images per metre; 0: as the layout has it (1000; TUM and ICL-NUIM 5000).")
+      .value("depth-scale", "N", a.depth_scale,
+             "Units of the depth images per metre; 0: as the layout has it (1000; TUM and ICL-NUIM 5000).")
       .value("poses", "DIRECTION", a.poses, "What the poses map: camera-to-world or world-to-camera.")
       .value("camera-axes", "AXES", a.camera_axes,
              "opencv (x right, y down, z forward) or opengl (x right, y up, z backward).")
       .value("pose-scale", "S", a.pose_scale, "Metres per unit of the poses.")
-      .value("stamp-shift", "SECONDS", a.stamp_shift, "Added to the stamps of images before their poses are looked up.")
+      .value("stamp-shift", "SECONDS", a.stamp_shift,
+             "Added to the stamps of images before their poses are looked up.")
       .value("intrinsics", "FX,FY,CX,CY", a.intrinsics, "Instead of those of the folder.")
       .flag("trust-frames", a.trust_frames, "Builds even if the frames contradict one another.")
       .value("every", "N", a.every, "Takes the frames whose index % N is the offset.")
@@ -66,7 +71,8 @@ void check(const ttsdf::BuildArguments& a) {
   }
   if (a.vdb.empty() && !a.grid.empty()) throw ttsdf::UsageError("got --grid without --vdb");
   if (!a.frames.empty() && a.scale != 1.0) {
-    throw ttsdf::UsageError("got --scale with --frames, wanted --depth-scale (units of the depth images per metre)");
+    throw ttsdf::UsageError(
+        "got --scale with --frames, wanted --depth-scale (units of the depth images per metre)");
   }
   if (!(a.depth_scale >= 0.0)) throw ttsdf::UsageError("--depth-scale: wanted a number above 0");
   if (!(a.pose_scale > 0.0)) throw ttsdf::UsageError("--pose-scale: wanted a number above 0");
@@ -136,7 +142,8 @@ void printSummary(const ttsdf::BuiltMap& built) {
 int run(int argc, char** argv) {
   ttsdf::BuildArguments a;
   ttsdf::CommandLine line("ttsdf_build",
-                          "(--frames DIR | --mesh FILE | --cloud FILE | --vdb FILE | --octomap FILE) --output MAP.ttsdf [options]",
+                          "(--frames DIR | --mesh FILE | --cloud FILE | --vdb FILE | --octomap FILE) "
+                          "--output MAP.ttsdf [options]",
                           "Builds a compressed map.");
   declare(line, a);
   if (!line.parse(argc, argv, std::cout)) return 0;

@@ -17,10 +17,11 @@ struct Arguments {
 
 int run(int argc, char** argv) {
   Arguments a;
-  ttsdf::CommandLine line("ttsdf_export",
-                          "MAP.ttsdf [--surface FILE] [--cloud FILE] [--vdb FILE] [--occupancy NAME] [--octomap FILE.bt] "
-                          "[--slice FILE --height Z]",
-                          "Writes what a map holds in the formats of other programs, in the map's frame [m].");
+  ttsdf::CommandLine line(
+      "ttsdf_export",
+      "MAP.ttsdf [--surface FILE] [--cloud FILE] [--vdb FILE] [--occupancy NAME] [--octomap FILE.bt] "
+      "[--slice FILE --height Z]",
+      "Writes what a map holds in the formats of other programs, in the map's frame [m].");
   line.positional("MAP.ttsdf", a.map)
       .value("surface", "FILE", a.surface, "The surface as a mesh: .ply, .obj or .stl.")
       .value("cloud", "FILE", a.cloud, "Points of the surface with normals: .pcd or .ply.")
@@ -29,12 +30,15 @@ int run(int argc, char** argv) {
       .value("octomap", "FILE.bt", a.octomap, "Occupied and free cells as a binary octree.")
       .value("slice", "FILE", a.slice, "Distances at --height: .csv or .pgm.")
       .value("height", "Z", a.height, "Of the slice [m].")
-      .value("resolution", "R", a.resolution, "Edge of the cells of occupancy and octomap [m]; 0: the map's voxel size.")
+      .value("resolution", "R", a.resolution,
+             "Edge of the cells of occupancy and octomap [m]; 0: the map's voxel size.")
       .value("min-height", "Z", a.min_height, "Obstacles of the occupancy grid count from here [m].")
       .value("max-height", "Z", a.max_height, "... up to here [m].");
   if (!line.parse(argc, argv, std::cout)) return 0;
-  if (a.surface.empty() && a.cloud.empty() && a.vdb.empty() && a.occupancy.empty() && a.octomap.empty() && a.slice.empty()) {
-    throw ttsdf::UsageError("got nothing to write, wanted --surface, --cloud, --vdb, --occupancy, --octomap or --slice");
+  if (a.surface.empty() && a.cloud.empty() && a.vdb.empty() && a.occupancy.empty() && a.octomap.empty() &&
+      a.slice.empty()) {
+    throw ttsdf::UsageError(
+        "got nothing to write, wanted --surface, --cloud, --vdb, --occupancy, --octomap or --slice");
   }
   const ttsdf::TtSdfMap map = ttsdf::loadMap(a.map);
   ttsdf::Progress progress("ttsdf_export");
@@ -58,7 +62,8 @@ int run(int argc, char** argv) {
     std::cout << image.width << " x " << image.height << " cells of " << image.resolution << " m\n";
   }
   progress.update("octomap", 0.7);
-  if (!a.octomap.empty()) std::cout << ttsdf::writeOctomap(map, a.octomap, a.resolution) << " occupied cells\n";
+  if (!a.octomap.empty())
+    std::cout << ttsdf::writeOctomap(map, a.octomap, a.resolution) << " occupied cells\n";
   if (!a.slice.empty()) ttsdf::writeSlice(map, a.height, a.slice);
   return 0;
 }

@@ -19,7 +19,7 @@ namespace {
 
 struct Arguments {
   std::string map, batch, output, uncertainty, report, mode = "track", gravity, map_down,
-      interpolation = "trilinear", prior_sigma;
+                                                       interpolation = "trilinear", prior_sigma;
   int repeat = 1;
   bool dense = false;
   double memory_megabytes = ttsdf::TtFieldOptions().memory_megabytes;

@@ -51,11 +51,12 @@ class MapFormatPage : public ::testing::Test {
     writeFileAtomically((folder_ / (name + ".ttsdf")).string(), bytes);
     std::ofstream out(folder_ / (name + ".expected"));
     out << std::setprecision(17) << "map_id " << fileInfo(bytes.data(), bytes.size()).map_id << "\nencoding "
-        << ttsdf::name(fileInfo(bytes.data(), bytes.size()).encoding) << "\ndims " << map.geometry.dims.transpose() << "\nvoxel_size "
-        << map.geometry.voxel_size << "\nranks " << map.train.rank1() << ' ' << map.train.rank2()
-        << "\nfield " << ttsdf::name(map.kind) << "\ntruncation " << map.truncation << "\nclamp_negative "
-        << map.clamp_negative << "\nclamp_positive " << map.clamp_positive << "\nframe_id " << map.frame_id
-        << "\ncell_voxels " << map.mask.cellVoxels() << '\n';
+        << ttsdf::name(fileInfo(bytes.data(), bytes.size()).encoding) << "\ndims "
+        << map.geometry.dims.transpose() << "\nvoxel_size " << map.geometry.voxel_size << "\nranks "
+        << map.train.rank1() << ' ' << map.train.rank2() << "\nfield " << ttsdf::name(map.kind)
+        << "\ntruncation " << map.truncation << "\nclamp_negative " << map.clamp_negative
+        << "\nclamp_positive " << map.clamp_positive << "\nframe_id " << map.frame_id << "\ncell_voxels "
+        << map.mask.cellVoxels() << '\n';
     const FrameAgreement& a = map.agreement;
     out << "agreement " << a.compared << ' ' << a.contradicting << ' ' << a.without_overlap << ' '
         << a.position_median << ' ' << a.position_90 << ' ' << a.rotation_median << ' ' << a.rotation_90

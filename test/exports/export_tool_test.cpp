@@ -1,4 +1,5 @@
-// What leaves a map, read back by other programs: PCL, OpenVDB, octomap, and the rules of map_server's loader.
+// What leaves a map, read back by other programs: PCL, OpenVDB, octomap, and the rules of map_server's
+// loader.
 
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
@@ -31,18 +32,22 @@ std::string boxObj(const Eigen::Vector3d& centre) {
   std::ostringstream out;
   out.precision(12);
   for (int n = 0; n < 8; ++n) {
-    out << "v " << centre.x() + ((n & 4) != 0 ? 1.0 : -1.0) << ' ' << centre.y() + ((n & 2) != 0 ? 0.75 : -0.75) << ' '
-        << centre.z() + ((n & 1) != 0 ? 0.5 : -0.5) << '\n';
+    out << "v " << centre.x() + ((n & 4) != 0 ? 1.0 : -1.0) << ' '
+        << centre.y() + ((n & 2) != 0 ? 0.75 : -0.75) << ' ' << centre.z() + ((n & 1) != 0 ? 0.5 : -0.5)
+        << '\n';
   }
-  return out.str() + "f 1 2 4\nf 1 4 3\nf 5 7 8\nf 5 8 6\nf 1 5 6\nf 1 6 2\nf 3 4 8\nf 3 8 7\nf 1 3 7\nf 1 7 5\nf 2 6 8\nf 2 8 4\n";
+  return out.str() +
+         "f 1 2 4\nf 1 4 3\nf 5 7 8\nf 5 8 6\nf 1 5 6\nf 1 6 2\nf 3 4 8\nf 3 8 7\nf 1 3 7\nf 1 7 5\nf 2 6 "
+         "8\nf 2 8 4\n";
 }
 
 class ExportTool : public ::testing::Test {
  protected:
   std::string build(const std::string& name, const Eigen::Vector3d& centre) {
     const std::string map = folder_ / (name + ".ttsdf");
-    const ToolRun run = runProcess("ttsdf_build", {"--mesh", folder_.write(name + ".obj", boxObj(centre)), "--voxel-size", "0.05",
-                                                   "--truncation", "0.15", "--output", map});
+    const ToolRun run =
+        runProcess("ttsdf_build", {"--mesh", folder_.write(name + ".obj", boxObj(centre)), "--voxel-size",
+                                   "0.05", "--truncation", "0.15", "--output", map});
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return map;
   }
@@ -77,7 +82,8 @@ TEST_F(ExportTool, PlacesOfASurveyStayWhereTheyAre) {
     worst = std::max(worst, std::abs(distance(mesh.origin + mesh.vertices.col(n).cast<double>(), utm)));
   }
   EXPECT_LT(worst, 0.5 * kVoxel);
-  const std::string points = folder_.write("p.txt", "356789.123 5412345.678 123.656\n356789.123 5412346.628 122.956\n");
+  const std::string points =
+      folder_.write("p.txt", "356789.123 5412345.678 123.656\n356789.123 5412346.628 122.956\n");
   const ToolRun query = runProcess("ttsdf_query", {map, "--points", points});
   double first = 0.0;
   std::istringstream(query.out) >> first;
@@ -109,12 +115,16 @@ TEST_F(ExportTool, VolumesAreReadByOpenVdb) {
   const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("distance"));
   ASSERT_TRUE(grid);
   const openvdb::tools::GridSampler<openvdb::FloatGrid, openvdb::tools::BoxSampler> sampler(*grid);
-  for (const Eigen::Vector3d& p : {Eigen::Vector3d(1.1, 0, 0), Eigen::Vector3d(0.96, 0.1, 0.2), Eigen::Vector3d(0, -0.85, 0.1)}) {
-    EXPECT_NEAR(static_cast<double>(sampler.wsSample({p.x(), p.y(), p.z()})), distance(p), 0.01) << p.transpose();
+  for (const Eigen::Vector3d& p :
+       {Eigen::Vector3d(1.1, 0, 0), Eigen::Vector3d(0.96, 0.1, 0.2), Eigen::Vector3d(0, -0.85, 0.1)}) {
+    EXPECT_NEAR(static_cast<double>(sampler.wsSample({p.x(), p.y(), p.z()})), distance(p), 0.01)
+        << p.transpose();
   }
   // And by ourselves.
-  EXPECT_EQ(runProcess("ttsdf_build", {"--vdb", folder_ / "v.vdb", "--voxel-size", "0.05", "--truncation", "0.15", "--output",
-                                       folder_ / "again.ttsdf"}).exit_code, 0);
+  EXPECT_EQ(runProcess("ttsdf_build", {"--vdb", folder_ / "v.vdb", "--voxel-size", "0.05", "--truncation",
+                                       "0.15", "--output", folder_ / "again.ttsdf"})
+                .exit_code,
+            0);
 }
 
 TEST_F(ExportTool, OctreesAreReadByOctomapAndByOurselves) {
@@ -133,13 +143,15 @@ TEST_F(ExportTool, OctreesAreReadByOctomapAndByOurselves) {
   ASSERT_TRUE(outside);
   EXPECT_FALSE(tree.isNodeOccupied(outside));
 
-  const ToolRun run = runProcess("ttsdf_build", {"--octomap", folder_ / "t.bt", "--voxel-size", "0.05", "--truncation", "0.15",
-                                                 "--output", folder_ / "again.ttsdf"});
+  const ToolRun run =
+      runProcess("ttsdf_build", {"--octomap", folder_ / "t.bt", "--voxel-size", "0.05", "--truncation",
+                                 "0.15", "--output", folder_ / "again.ttsdf"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   exported({folder_ / "again.ttsdf", "--surface", folder_ / "again.ply"});
   const SurfaceMesh mesh = readMesh(folder_ / "again.ply");
   double sum = 0.0;
-  for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n) sum += std::abs(distance(mesh.vertices.col(n).cast<double>()));
+  for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n)
+    sum += std::abs(distance(mesh.vertices.col(n).cast<double>()));
   EXPECT_LT(sum / static_cast<double>(mesh.vertices.cols()), kVoxel);  // cells are no finer
 }
 
@@ -151,7 +163,8 @@ TEST_F(ExportTool, OccupancyGridsFollowTheRulesOfMapServer) {
   double resolution = 0.0, x = 0.0, y = 0.0;
   std::string image;
   for (std::string line; std::getline(yaml, line);) {
-    std::replace_if(line.begin(), line.end(), [](char c) { return c == '[' || c == ',' || c == ']'; }, ' ');
+    std::replace_if(
+        line.begin(), line.end(), [](char c) { return c == '[' || c == ',' || c == ']'; }, ' ');
     std::istringstream words(line);
     std::string key;
     words >> key;
@@ -172,7 +185,8 @@ TEST_F(ExportTool, OccupancyGridsFollowTheRulesOfMapServer) {
   ASSERT_TRUE(pgm);
   const auto cell = [&](double px, double py) {
     const int column = static_cast<int>((px - x) / resolution), row = static_cast<int>((py - y) / resolution);
-    const double grey = static_cast<unsigned char>(pixels[static_cast<std::size_t>((height - 1 - row) * width + column)]);
+    const double grey =
+        static_cast<unsigned char>(pixels[static_cast<std::size_t>((height - 1 - row) * width + column)]);
     const double occupied = (255.0 - grey) / 255.0;
     return occupied > 0.65 ? 100 : occupied < 0.196 ? 0 : -1;
   };
@@ -201,7 +215,8 @@ TEST_F(ExportTool, SlicesHoldTheDistances) {
     ++rows;
   }
   EXPECT_GT(rows, 1000u);
-  expectError(runProcess("ttsdf_export", {map, "--slice", folder_ / "s.csv", "--height", "50"}), 1, {"height"});
+  expectError(runProcess("ttsdf_export", {map, "--slice", folder_ / "s.csv", "--height", "50"}), 1,
+              {"height"});
   expectError(runProcess("ttsdf_export", {map}), 2, {"--surface"});
 }
 

@@ -1,4 +1,5 @@
-// Every layout of frame folders, written here around the same views of a room, and the mistakes that people make with them.
+// Every layout of frame folders, written here around the same views of a room, and the mistakes that people
+// make with them.
 
 #include <gtest/gtest.h>
 
@@ -21,14 +22,18 @@ using testing::thrownMessage;
 constexpr int kFrames = 12, kWidth = 64, kHeight = 48;
 
 testing::Scene room() {
-  return testing::Scene().room({0, 0, 0}, {4, 3, 2.5}).box({1.0, 0.2, 0.0}, {1.6, 0.8, 0.9}).sphere({3.0, 2.2, 0.6}, 0.5);
+  return testing::Scene()
+      .room({0, 0, 0}, {4, 3, 2.5})
+      .box({1.0, 0.2, 0.0}, {1.6, 0.8, 0.9})
+      .sphere({3.0, 2.2, 0.6}, 0.5);
 }
 
 /// Around the room and looking about, so that both turns and ways tell.
 Eigen::Isometry3d poseOf(double n) {
   const double angle = 2.0 * 3.14159265358979 * n / kFrames;
-  return testing::lookAt({2.0 + 0.8 * std::cos(angle), 1.5 + 0.5 * std::sin(angle), 1.2 + 0.2 * std::sin(2 * angle)},
-                         {2.0 + 3.0 * std::cos(angle + 2.2), 1.5 + 3.0 * std::sin(angle + 2.2), 0.9});
+  return testing::lookAt(
+      {2.0 + 0.8 * std::cos(angle), 1.5 + 0.5 * std::sin(angle), 1.2 + 0.2 * std::sin(2 * angle)},
+      {2.0 + 3.0 * std::cos(angle + 2.2), 1.5 + 3.0 * std::sin(angle + 2.2), 0.9});
 }
 
 void writePgm(const std::string& path, const DepthImage& image, double units) {
@@ -52,7 +57,8 @@ std::string matrixText(const Eigen::Matrix4d& m) {
 std::string quaternionText(const Eigen::Isometry3d& T) {
   const Eigen::Quaterniond q(T.linear());
   std::ostringstream out;
-  out << std::setprecision(17) << T.translation().transpose() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' ' << q.w();
+  out << std::setprecision(17) << T.translation().transpose() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z()
+      << ' ' << q.w();
   return out.str();
 }
 
@@ -66,7 +72,9 @@ class Layouts : public ::testing::Test {
     std::filesystem::create_directories(std::filesystem::path(path).parent_path());
     return path;
   }
-  void write(const std::string& name, const std::string& text) { std::ofstream(file(name), std::ios::binary) << text; }
+  void write(const std::string& name, const std::string& text) {
+    std::ofstream(file(name), std::ios::binary) << text;
+  }
   std::string cameraText(int size) const {
     Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
     m(0, 0) = camera_.fx, m(1, 1) = camera_.fy, m(0, 2) = camera_.cx, m(1, 2) = camera_.cy;
@@ -134,8 +142,10 @@ TEST_F(Layouts, BundleFusion) {
   std::filesystem::remove(folder_.file("camera-intrinsics.txt"));
   std::string intrinsics = cameraText(4);
   for (char& c : intrinsics) c = c == '\n' ? ' ' : c;
-  write("info.txt", "m_versionNumber = 4\nm_depthWidth = 64\nm_depthHeight = 48\nm_depthShift = 2000\n"
-                    "m_calibrationDepthIntrinsic = " + intrinsics + "\nm_frames.size = 12\n");
+  write("info.txt",
+        "m_versionNumber = 4\nm_depthWidth = 64\nm_depthHeight = 48\nm_depthShift = 2000\n"
+        "m_calibrationDepthIntrinsic = " +
+            intrinsics + "\nm_frames.size = 12\n");
   expectFrames("BundleFusion", 2000.0);
 }
 
@@ -148,7 +158,8 @@ TEST_F(Layouts, ScanNet) {
   expectFrames("ScanNet", 1000.0);
   write("pose/3.txt", "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n");
   const FrameFolder folder(folder_.path(), FrameFolderOptions());
-  EXPECT_NE(thrownMessage<std::runtime_error>([&] { folder.pose(folder.frames()[3]); }).find("3.txt"), std::string::npos);
+  EXPECT_NE(thrownMessage<std::runtime_error>([&] { folder.pose(folder.frames()[3]); }).find("3.txt"),
+            std::string::npos);
 }
 
 TEST_F(Layouts, TumWithInterpolatedPoses) {
@@ -181,7 +192,8 @@ TEST_F(Layouts, RedwoodIclReplicaAndLists) {
   std::string log, freiburg, lines, list;
   for (int n = 0; n < kFrames; ++n) {
     writePgm(file("depth/" + number(n, 5) + ".pgm"), images_[static_cast<std::size_t>(n)], 1000.0);
-    log += std::to_string(n) + " " + std::to_string(n) + " " + std::to_string(n + 1) + "\n" + matrixText(poseOf(n).matrix());
+    log += std::to_string(n) + " " + std::to_string(n) + " " + std::to_string(n + 1) + "\n" +
+           matrixText(poseOf(n).matrix());
     freiburg += std::to_string(n) + " " + quaternionText(poseOf(n)) + "\n";
     list += quaternionText(poseOf(n)) + "\n";
     std::string row = matrixText(poseOf(n).matrix());
@@ -190,8 +202,8 @@ TEST_F(Layouts, RedwoodIclReplicaAndLists) {
   }
   write("trajectory.log", log);
   std::ostringstream json;
-  json << std::setprecision(17) << "{\"width\": 64, \"height\": 48, \"intrinsic_matrix\": [" << camera_.fx << ", 0, 0, 0, "
-       << camera_.fy << ", 0, " << camera_.cx << ", " << camera_.cy << ", 1]}";
+  json << std::setprecision(17) << "{\"width\": 64, \"height\": 48, \"intrinsic_matrix\": [" << camera_.fx
+       << ", 0, 0, 0, " << camera_.fy << ", 0, " << camera_.cx << ", " << camera_.cy << ", 1]}";
   write("camera_intrinsic.json", json.str());
   expectFrames("Redwood / Open3D", 1000.0);
 
@@ -229,7 +241,9 @@ TEST_F(Layouts, CloudsWithPoses) {
     ASSERT_EQ(folder.frames().size(), static_cast<std::size_t>(kFrames));
     EXPECT_LT((folder.pose(folder.frames()[5]).matrix() - poseOf(5).matrix()).cwiseAbs().maxCoeff(), 1e-9);
   };
-  EXPECT_NE(thrownMessage<std::runtime_error>([this] { FrameFolder(folder_.path(), FrameFolderOptions()); }).find("none with a pose"),
+  EXPECT_NE(thrownMessage<std::runtime_error>([this] {
+              FrameFolder(folder_.path(), FrameFolderOptions());
+            }).find("none with a pose"),
             std::string::npos);
   write("poses.txt", lines);
   expectClouds();
@@ -246,8 +260,9 @@ TEST_F(Layouts, IntrinsicsOfAnotherSizeAreScaledWhereTheirSizeIsKnown) {
   writeScenes([](const Eigen::Isometry3d& T) { return T; });
   std::filesystem::remove(folder_.file("camera-intrinsics.txt"));
   std::ostringstream json;
-  json << std::setprecision(17) << "{\"width\": 128, \"height\": 96, \"intrinsic_matrix\": [" << 2 * camera_.fx << ", 0, 0, 0, "
-       << 2 * camera_.fy << ", 0, " << 2 * camera_.cx + 0.5 << ", " << 2 * camera_.cy + 0.5 << ", 1]}";
+  json << std::setprecision(17) << "{\"width\": 128, \"height\": 96, \"intrinsic_matrix\": ["
+       << 2 * camera_.fx << ", 0, 0, 0, " << 2 * camera_.fy << ", 0, " << 2 * camera_.cx + 0.5 << ", "
+       << 2 * camera_.cy + 0.5 << ", 1]}";
   write("intrinsic.json", json.str());
   expectFrames("7-Scenes / 3DMatch", 1000.0);
 }

@@ -1,11 +1,10 @@
-#include "ttsdf_localization/compression/map_writer.h"
-
 #include <gtest/gtest.h>
 #include <zlib.h>
 
 #include "file_surgery.h"
 #include "first_form.h"
 #include "room_map.h"
+#include "ttsdf_localization/compression/map_writer.h"
 
 namespace ttsdf {
 namespace {

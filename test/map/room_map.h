@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/compression/map_writer.h"
+#include "ttsdf_localization/compression/tt_svd.h"
 
 namespace ttsdf::test {
 

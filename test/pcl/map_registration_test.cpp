@@ -23,7 +23,8 @@ TEST(MapRegistration, IsUsedAsAnyRegistrationOfPcl) {
   truth.linear() = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 0.3).normalized()).toRotationMatrix();
   pcl::PointCloud<pcl::PointXYZ>::Ptr scan(new pcl::PointCloud<pcl::PointXYZ>);
   const ScanPoints points = test::castRays(test::furnishedRoom, truth, test::directions(1500));
-  for (Eigen::Index n = 0; n < points.cols(); ++n) scan->push_back({points(0, n), points(1, n), points(2, n)});
+  for (Eigen::Index n = 0; n < points.cols(); ++n)
+    scan->push_back({points(0, n), points(1, n), points(2, n)});
 
   MapRegistration<pcl::PointXYZ> registration;
   registration.setInputTarget(map);
@@ -34,10 +35,14 @@ TEST(MapRegistration, IsUsedAsAnyRegistrationOfPcl) {
   registration.align(aligned, guess);
 
   EXPECT_TRUE(registration.hasConverged());
-  EXPECT_LT((registration.getFinalTransformation().block<3, 1>(0, 3) - truth.translation().cast<float>()).norm(), 0.01F);
+  EXPECT_LT(
+      (registration.getFinalTransformation().block<3, 1>(0, 3) - truth.translation().cast<float>()).norm(),
+      0.01F);
   EXPECT_LT(registration.getFitnessScore(), 1e-4);
   EXPECT_EQ(aligned.size(), scan->size());
-  EXPECT_LT((aligned[7].getVector3fMap() - (truth * (*scan)[7].getVector3fMap().cast<double>()).cast<float>()).norm(), 0.02F);
+  EXPECT_LT((aligned[7].getVector3fMap() - (truth * (*scan)[7].getVector3fMap().cast<double>()).cast<float>())
+                .norm(),
+            0.02F);
 }
 
 }  // namespace

@@ -32,7 +32,8 @@ TEST(ChildProcess, PassesOnErrorsAsTheyAre) {
 }
 
 TEST(ChildProcess, SurvivesCrashes) {
-  EXPECT_NE(messageOf([]() -> std::string { std::abort(); }).find("thing 'x': the file is damaged"), std::string::npos);
+  EXPECT_NE(messageOf([]() -> std::string { std::abort(); }).find("thing 'x': the file is damaged"),
+            std::string::npos);
   EXPECT_NE(messageOf([]() -> std::string {
               volatile int* nowhere = nullptr;
               return std::to_string(*nowhere);
@@ -44,7 +45,13 @@ TEST(ChildProcess, EndsWhatDoesNotEnd) {
   ChildLimits limits;
   limits.seconds = 0.3;
   const auto begin = std::chrono::steady_clock::now();
-  EXPECT_NE(messageOf([]() -> std::string { for (volatile int n = 0;; n = n + 1) {} }, limits).find("too long"),
+  EXPECT_NE(messageOf(
+                []() -> std::string {
+                  for (volatile int n = 0;; n = n + 1) {
+                  }
+                },
+                limits)
+                .find("too long"),
             std::string::npos);
   EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), 20.0);
 }
@@ -53,7 +60,8 @@ TEST(ChildProcess, EndsWhatDoesNotEnd) {
 TEST(ChildProcess, BoundsMemory) {
   ChildLimits limits;
   limits.memory_bytes = 50 << 20;
-  EXPECT_NE(messageOf([] { return std::string(std::size_t{200} << 20, 'x'); }, limits).find("memory"), std::string::npos);
+  EXPECT_NE(messageOf([] { return std::string(std::size_t{200} << 20, 'x'); }, limits).find("memory"),
+            std::string::npos);
 }
 #endif
 

@@ -28,7 +28,8 @@ std::string bytes(T value, bool big = false) {
   return big ? std::string(text.rbegin(), text.rend()) : text;
 }
 
-std::string plyHeader(const std::string& format, const std::string& type, int vertices, const std::string& rest) {
+std::string plyHeader(const std::string& format, const std::string& type, int vertices,
+                      const std::string& rest) {
   std::string text = "ply\nformat " + format + " 1.0\nelement vertex " + std::to_string(vertices);
   for (const char* axis : {"x", "y", "z"}) text += "\nproperty " + type + " " + axis;
   return text + "\n" + rest + "end_header\n";
@@ -62,10 +63,13 @@ std::string binaryBox(const std::string& type, bool big) {
 double areaOf(const TriangleFile& mesh) {
   double area = 0.0;
   for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
-    const Eigen::Vector3d a = mesh.vertices.col(mesh.triangles(0, n)), b = mesh.vertices.col(mesh.triangles(1, n)),
+    const Eigen::Vector3d a = mesh.vertices.col(mesh.triangles(0, n)),
+                          b = mesh.vertices.col(mesh.triangles(1, n)),
                           c = mesh.vertices.col(mesh.triangles(2, n));
     const Eigen::Vector3d u = b - a, v = c - a;
-    area += 0.5 * Eigen::Vector3d(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]).norm();
+    area +=
+        0.5 * Eigen::Vector3d(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+                  .norm();
   }
   return area;
 }
@@ -123,29 +127,34 @@ TEST_F(TriangleFiles, StripsAndElementsBeforeTheVertices) {
   strips.replace(strips.find(kFaceElement), kFaceElement.size(),
                  "element tristrips 1\nproperty list int int vertex_indices\n");
   strips.resize(strips.find("\n3 0 1 3\n") + 1);
-  expectBox(read("strips.ply", strips + "30 0 1 2 3 -1 4 6 5 7 -1 0 4 1 5 -1 2 3 6 7 -1 0 2 4 6 -1 1 5 3 7 -1\n"), 1.0,
-            "strips");
+  expectBox(
+      read("strips.ply", strips + "30 0 1 2 3 -1 4 6 5 7 -1 0 4 1 5 -1 2 3 6 7 -1 0 2 4 6 -1 1 5 3 7 -1\n"),
+      1.0, "strips");
   std::string first = binaryBox<float>("float", false);
-  first.insert(first.find("element vertex"), "element camera 2\nproperty list uchar float view\nproperty short id\n");
+  first.insert(first.find("element vertex"),
+               "element camera 2\nproperty list uchar float view\nproperty short id\n");
   first.insert(first.find("end_header\n") + 11, std::string("\1") + bytes(2.5F) + bytes<std::int16_t>(7) +
                                                     std::string(1, '\0') + bytes<std::int16_t>(8));
   expectBox(read("camera.ply", first), 4.0, "camera first");
 }
 
 TEST_F(TriangleFiles, StripsTurnEverySecondTriangle) {
-  std::string text = plyHeader("ascii", "float", 4, "element tristrips 1\nproperty list int int vertex_indices\n") +
-                     "0 0 0\n1 0 0\n0 1 0\n1 1 0\n4 0 1 2 3\n";
+  std::string text =
+      plyHeader("ascii", "float", 4, "element tristrips 1\nproperty list int int vertex_indices\n") +
+      "0 0 0\n1 0 0\n0 1 0\n1 1 0\n4 0 1 2 3\n";
   const TriangleFile mesh = read("s.ply", text);
   ASSERT_EQ(mesh.triangles.cols(), 2);
   for (Eigen::Index n = 0; n < 2; ++n) {
-    const Eigen::Vector3d a = mesh.vertices.col(mesh.triangles(0, n)), b = mesh.vertices.col(mesh.triangles(1, n)),
+    const Eigen::Vector3d a = mesh.vertices.col(mesh.triangles(0, n)),
+                          b = mesh.vertices.col(mesh.triangles(1, n)),
                           c = mesh.vertices.col(mesh.triangles(2, n));
     EXPECT_GT((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x(), 0.0);  // both face +z
   }
 }
 
 TEST_F(TriangleFiles, EveryTruncationIsRefused) {
-  for (const std::string& whole : {asciiBox(), binaryBox<float>("float", false), binaryBox<double>("double", true)}) {
+  for (const std::string& whole :
+       {asciiBox(), binaryBox<float>("float", false), binaryBox<double>("double", true)}) {
     // From one byte to all but the last face; an ascii file may lose its last line end.
     for (std::size_t size = 1; size + 4 < whole.size(); size += 7) {
       EXPECT_FALSE(refusal("t.ply", whole.substr(0, size)).empty()) << size;
@@ -160,20 +169,23 @@ TEST_F(TriangleFiles, IndicesOutOfRangeAreNamed) {
     text.replace(text.size() - 4, 4, bytes(index));
     EXPECT_NE(refusal("i.ply", text).find("vertex index " + std::to_string(index)), std::string::npos);
     const std::string faces = "3 0 1 " + std::to_string(index) + "\n";
-    EXPECT_NE(refusal("i.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n" + faces).find(std::to_string(index)), std::string::npos);
+    EXPECT_NE(refusal("i.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n" + faces).find(std::to_string(index)),
+              std::string::npos);
   }
   for (const char* index : {"0", "4", "-4", "999999999999"}) {
     EXPECT_NE(refusal("i.obj", std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 ") + index + "\n").find("ind"),
               std::string::npos);
   }
   EXPECT_EQ(read("n.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n").triangles.cols(), 1);
-  EXPECT_EQ(read("n.obj", "f 1/1/1 2//2 3\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\n").triangles.cols(), 1);
+  EXPECT_EQ(read("n.obj", "f 1/1/1 2//2 3\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\n").triangles.cols(),
+            1);
 }
 
 TEST_F(TriangleFiles, VerticesThatAreNoNumbersAreRefusedWhereTheyMatter) {
   for (const char* bad : {"nan", "inf", "-inf", "1e400"}) {
-    EXPECT_NE(refusal("n.obj", std::string("v 0 0 0\nv 1 0 0\nv 0 ") + bad + " 0\nf 1 2 3\n").find("not finite"),
-              std::string::npos)
+    EXPECT_NE(
+        refusal("n.obj", std::string("v 0 0 0\nv 1 0 0\nv 0 ") + bad + " 0\nf 1 2 3\n").find("not finite"),
+        std::string::npos)
         << bad;
   }
   EXPECT_NE(refusal("w.obj", "v 0 0 0\nv 1 0 0\nv 0 1x 0\nf 1 2 3\n").find("line 3"), std::string::npos);
@@ -200,22 +212,27 @@ TEST_F(TriangleFiles, HeadersThatPromiseTooMuch) {
   EXPECT_FALSE(refusal("cr.ply", "ply\rformat ascii 1.0\relement vertex 4000000000\r").empty());
   EXPECT_FALSE(refusal("fmt.ply", "ply\nformat ascii 1.0\n").empty());
   EXPECT_FALSE(refusal("upper.ply", "PLY\nformat ascii 1.0\nend_header\n").empty());
-  EXPECT_FALSE(refusal("list.ply", plyHeader("binary_little_endian", "float", 0, "element face 1\nproperty list uint int vertex_indices\n") +
+  EXPECT_FALSE(refusal("list.ply", plyHeader("binary_little_endian", "float", 0,
+                                             "element face 1\nproperty list uint int vertex_indices\n") +
                                        bytes<std::uint32_t>(268435456u) + "123")
                    .empty());
-  EXPECT_FALSE(refusal("polygon.obj", [] {
-                 std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf";
-                 for (int n = 0; n < 70000; ++n) text += " 1 2 3";
-                 return text + "\n";
-               }()).empty());
+  EXPECT_FALSE(refusal("polygon.obj",
+                       [] {
+                         std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf";
+                         for (int n = 0; n < 70000; ++n) text += " 1 2 3";
+                         return text + "\n";
+                       }())
+                   .empty());
 }
 
 TEST_F(TriangleFiles, PolygonsAreSplitByTheirShape) {
   // An L, whose fan from the first corner would leave it: area 3.
-  const TriangleFile l = read("l.obj", "v 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nv 2 0 0\nf 1 2 3 4 5 6\n");
+  const TriangleFile l =
+      read("l.obj", "v 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nv 2 0 0\nf 1 2 3 4 5 6\n");
   EXPECT_EQ(l.triangles.cols(), 4);
   EXPECT_NEAR(areaOf(l), 3.0, 1e-12);
-  const TriangleFile quad = read("q.off", "OFF 5 2 0\n0 0 0\n1 0 0 # one\n0 1 0\n0 0 1\n1 1 0\n4 0 1 4 2\n3 0 2 3\n");
+  const TriangleFile quad =
+      read("q.off", "OFF 5 2 0\n0 0 0\n1 0 0 # one\n0 1 0\n0 0 1\n1 1 0\n4 0 1 4 2\n3 0 2 3\n");
   EXPECT_EQ(quad.triangles.cols(), 3);
 }
 
@@ -239,8 +256,10 @@ TEST_F(TriangleFiles, Stl) {
   text += "endsolid box\n";
   expectBox(read("b.stl", binary), 1.0, "binary");
   expectBox(read("t.stl", text), 1.0, "text");
-  for (std::size_t size = 1; size < binary.size(); size += 31) EXPECT_FALSE(refusal("b.stl", binary.substr(0, size)).empty());
-  for (std::size_t size = 1; size + 14 < text.size(); size += 31) EXPECT_FALSE(refusal("t.stl", text.substr(0, size)).empty());
+  for (std::size_t size = 1; size < binary.size(); size += 31)
+    EXPECT_FALSE(refusal("b.stl", binary.substr(0, size)).empty());
+  for (std::size_t size = 1; size + 14 < text.size(); size += 31)
+    EXPECT_FALSE(refusal("t.stl", text.substr(0, size)).empty());
 }
 
 TEST_F(TriangleFiles, FoldersDevicesAndAbsentFiles) {

@@ -99,9 +99,9 @@ TEST(Covariance, IsAboutTheSensorsPosition) {
   const Eigen::Isometry3d truth = test::roomPose(3);
   const Eigen::Matrix3Xf points = test::castRays(furnishedRoom, truth, test::cameraDirections(60, 45), 0.01);
   const RegistrationResult r = registration.align(points, truth);
-  ASSERT_TRUE(r.success) << name(r.reason) << ", confidence " << r.confidence << ", evidence " << r.least_evidence
-                         << ", explained " << r.explained_ratio << ", blocked " << r.blocked_ratio << ", degenerate "
-                         << r.degenerate_directions;
+  ASSERT_TRUE(r.success) << name(r.reason) << ", confidence " << r.confidence << ", evidence "
+                         << r.least_evidence << ", explained " << r.explained_ratio << ", blocked "
+                         << r.blocked_ratio << ", degenerate " << r.degenerate_directions;
   const Eigen::Vector3d lever = truth.linear() * points.cast<double>().rowwise().mean();
   ASSERT_GT(lever.norm(), 0.5);
   Matrix6d to_centroid = Matrix6d::Identity();  // translation of the centroid: v - lever x w

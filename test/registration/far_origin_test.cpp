@@ -1,4 +1,5 @@
-// Maps with coordinates of a survey (UTM): five million metres from zero, where single precision ends at half a metre.
+// Maps with coordinates of a survey (UTM): five million metres from zero, where single precision ends at half
+// a metre.
 
 #include <gtest/gtest.h>
 
@@ -45,7 +46,8 @@ TEST_F(FarOrigin, FieldsAnswerRelativeToTheirOrigin) {
   EXPECT_LT((far->geometry().origin - kUtm).norm(), 10.0);
   const Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Random(3, 200).array() + 1.2;
   const FieldSamples a = near->evaluate(points.cast<float>());
-  const FieldSamples b = far->evaluate(((points.colwise() + kUtm).colwise() - far->geometry().origin).cast<float>().eval());
+  const FieldSamples b =
+      far->evaluate(((points.colwise() + kUtm).colwise() - far->geometry().origin).cast<float>().eval());
   EXPECT_EQ(a.states, b.states);
   EXPECT_LT((a.values - b.values).cwiseAbs().maxCoeff(), 1e-5F);
 }

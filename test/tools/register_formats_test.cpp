@@ -23,14 +23,16 @@ std::string raw(const ScanPoints& points, double scale = 1.0) {
 }
 
 std::string ply(const std::string& type, const std::string& data, Eigen::Index count) {
-  return "ply\nformat binary_little_endian 1.0\ncomment Created by Open3D\nelement vertex " + std::to_string(count) + "\nproperty " +
-         type + " x\nproperty " + type + " y\nproperty " + type + " z\nend_header\n" + data;
+  return "ply\nformat binary_little_endian 1.0\ncomment Created by Open3D\nelement vertex " +
+         std::to_string(count) + "\nproperty " + type + " x\nproperty " + type + " y\nproperty " + type +
+         " z\nend_header\n" + data;
 }
 
-std::string pcd(const std::string& size, const std::string& type, const std::string& data, Eigen::Index count) {
+std::string pcd(const std::string& size, const std::string& type, const std::string& data,
+                Eigen::Index count) {
   const std::string n = std::to_string(count);
-  return "VERSION 0.7\nFIELDS x y z\nSIZE " + size + "\nTYPE " + type + "\nCOUNT 1 1 1\nWIDTH " + n + "\nHEIGHT 1\nPOINTS " + n +
-         "\nDATA binary\n" + data;
+  return "VERSION 0.7\nFIELDS x y z\nSIZE " + size + "\nTYPE " + type + "\nCOUNT 1 1 1\nWIDTH " + n +
+         "\nHEIGHT 1\nPOINTS " + n + "\nDATA binary\n" + data;
 }
 
 TEST(RegisterFormats, EveryTypeGivesThePoseOrARefusal) {
@@ -64,8 +66,9 @@ TEST(RegisterFormats, EveryTypeGivesThePoseOrARefusal) {
       list += "\"" + name + "\" \"the prior.txt\" \"the truth.txt\"\n";
     }
   }
-  const ToolRun run = runProcess("ttsdf_register", {"--map", folder / "room.ttsdf", "--batch", folder.write("list.txt", list),
-                                                    "--output", folder / "out.csv"});
+  const ToolRun run =
+      runProcess("ttsdf_register", {"--map", folder / "room.ttsdf", "--batch", folder.write("list.txt", list),
+                                    "--output", folder / "out.csv"});
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_NE(run.err.find("2 of 10 entries"), std::string::npos) << run.err;
   const auto lines = linesOf(fileText(folder / "out.csv"));
@@ -75,7 +78,8 @@ TEST(RegisterFormats, EveryTypeGivesThePoseOrARefusal) {
     EXPECT_EQ(cells.at(3), "1") << lines[n + 1];
     EXPECT_LT(std::stod(cells.at(16)), 0.01) << lines[n + 1];
   }
-  for (std::size_t n = 0; n < refused.size(); ++n) EXPECT_EQ(cellsOf(lines[good.size() + n + 1]).at(3), "0") << lines[good.size() + n + 1];
+  for (std::size_t n = 0; n < refused.size(); ++n)
+    EXPECT_EQ(cellsOf(lines[good.size() + n + 1]).at(3), "0") << lines[good.size() + n + 1];
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 
 namespace ttsdf {
 
-/// "3 of 11 vertices lie more than 97 m from the rest, the farthest at 100 0 0"; empty if no few points lie far from all
-/// others. `what`: the plural of what the points are.
+/// "3 of 11 vertices lie more than 97 m from the rest, the farthest at 100 0 0"; empty if no few points lie
+/// far from all others. `what`: the plural of what the points are.
 std::string describeOutliers(const std::vector<Eigen::Vector3d>& points, const std::string& what);
 
 /// What of a box's building takes the memory.
@@ -17,8 +17,9 @@ struct ExtentCost {
   double bytes_besides = 0.0;
 };
 
-/// Throws std::invalid_argument for a box that cannot be built at this voxel size: more samples than a map can have, or more
-/// memory than this machine has free. The message says how large it is, names outliers among `points`, and ends with `hint`.
+/// Throws std::invalid_argument for a box that cannot be built at this voxel size: more samples than a map
+/// can have, or more memory than this machine has free. The message says how large it is, names outliers
+/// among `points`, and ends with `hint`.
 void checkExtent(const Eigen::Vector3d& low, const Eigen::Vector3d& high, double voxel_size,
                  const std::vector<Eigen::Vector3d>& points, const std::string& what, const std::string& hint,
                  const ExtentCost& cost = {});

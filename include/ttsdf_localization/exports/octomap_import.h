@@ -7,8 +7,8 @@
 
 namespace ttsdf {
 
-/// Occupied cells that touch free ones, with normals towards these. `resolution` receives the octree's [m]. Throws
-/// std::runtime_error naming the file: unreadable, damaged, no surface.
+/// Occupied cells that touch free ones, with normals towards these. `resolution` receives the octree's [m].
+/// Throws std::runtime_error naming the file: unreadable, damaged, no surface.
 OrientedCloud readOctomap(const std::string& path, double* resolution = nullptr);
 
 }  // namespace ttsdf

@@ -13,8 +13,8 @@ struct GridGeometry {
   Dims dims = Dims::Zero();
   double voxel_size = 0.0;                                       ///< [m]
   Eigen::Isometry3d T_map_grid = Eigen::Isometry3d::Identity();  ///< grid frame (metres) -> map frame
-  /// Map frame [m]: what T_map_grid and every point below are relative to. Zero for maps near zero. Fields of maps far away
-  /// (UTM) have whole metres here, so that points in single precision will do.
+  /// Map frame [m]: what T_map_grid and every point below are relative to. Zero for maps near zero. Fields of
+  /// maps far away (UTM) have whole metres here, so that points in single precision will do.
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
 
   Eigen::Vector3d samplePosition(const Eigen::Vector3d& index) const {

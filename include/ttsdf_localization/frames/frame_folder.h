@@ -26,24 +26,26 @@ struct FrameEntry {
   std::string depth_path;
   std::string pose_path;  ///< a file of its own, where the layout has one per frame
   double stamp = 0.0;     ///< [s]; 0 where the layout has none
-  std::optional<Eigen::Isometry3d> pose;  ///< as the folder's trajectory has it, where the layout has one file for all
+  std::optional<Eigen::Isometry3d>
+      pose;  ///< as the folder's trajectory has it, where the layout has one file for all
 };
 
 /// What may be said of a folder that it does not say itself, or says wrongly.
 struct FrameFolderOptions {
-  double units_per_metre = 0.0;                ///< of the depth images; 0: as the layout has it (1000 without)
-  bool poses_world_to_camera = false;          ///< the poses map the world to the camera
-  bool opengl_axes = false;                    ///< camera axes x right, y up, z backward (OpenCV: y down, z forward)
-  double pose_scale = 1.0;                     ///< metres per unit of the poses' translations
-  double stamp_shift = 0.0;                    ///< added to the images' stamps before poses are looked up [s]
+  double units_per_metre = 0.0;        ///< of the depth images; 0: as the layout has it (1000 without)
+  bool poses_world_to_camera = false;  ///< the poses map the world to the camera
+  bool opengl_axes = false;            ///< camera axes x right, y up, z backward (OpenCV: y down, z forward)
+  double pose_scale = 1.0;             ///< metres per unit of the poses' translations
+  double stamp_shift = 0.0;            ///< added to the images' stamps before poses are looked up [s]
   std::optional<Eigen::Vector4d> intrinsics;  ///< fx, fy, cx, cy
 };
 
-/// Layouts that are found out: 7-Scenes / 3DMatch, BundleFusion, ScanNet, TUM RGB-D, Redwood / Open3D, ICL-NUIM, Replica;
-/// clouds with poses in these layouts.
+/// Layouts that are found out: 7-Scenes / 3DMatch, BundleFusion, ScanNet, TUM RGB-D, Redwood / Open3D,
+/// ICL-NUIM, Replica; clouds with poses in these layouts.
 class FrameFolder {
  public:
-  /// Throws std::runtime_error: no such folder, no known layout, no intrinsics or nonsense ones, frames without any pose.
+  /// Throws std::runtime_error: no such folder, no known layout, no intrinsics or nonsense ones, frames
+  /// without any pose.
   explicit FrameFolder(const std::string& path, const FrameFolderOptions& options);
   explicit FrameFolder(const std::string& path, double units_per_metre = 1000.0);
 
@@ -53,10 +55,13 @@ class FrameFolder {
   const std::vector<FrameEntry>& frames() const { return frames_; }
   /// Frames whose index % every == offset. Throws std::invalid_argument unless 0 <= offset < every.
   std::vector<FrameEntry> select(int every, int offset) const;
-  DepthImage depth(const FrameEntry& frame) const { return readDepthImage(frame.depth_path, units_per_metre_); }
+  DepthImage depth(const FrameEntry& frame) const {
+    return readDepthImage(frame.depth_path, units_per_metre_);
+  }
   /// T_map_camera.
   Eigen::Isometry3d pose(const FrameEntry& frame) const;
-  /// Clouds in the images' place: `depth_path` names a cloud file (readers/cloud_file.h), and there are no intrinsics.
+  /// Clouds in the images' place: `depth_path` names a cloud file (readers/cloud_file.h), and there are no
+  /// intrinsics.
   bool holdsClouds() const { return clouds_; }
   double unitsPerMetre() const { return units_per_metre_; }
   /// One line: layout, images, camera, units, and what was left out.

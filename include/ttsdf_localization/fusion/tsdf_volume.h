@@ -33,8 +33,8 @@ extern const FileKind kVdbFile;
 
 /// What of a .vdb file is read.
 struct VdbImport {
-  std::string grid;             ///< name of the grid; empty: the only one of real numbers, or the only level set
-  double scale = 1.0;           ///< metres per unit of the file
+  std::string grid;    ///< name of the grid; empty: the only one of real numbers, or the only level set
+  double scale = 1.0;  ///< metres per unit of the file
   std::string* note = nullptr;  ///< receives which grid was taken where there was a choice; may be null
 };
 
@@ -60,16 +60,17 @@ class TsdfVolume {
   /// `options.voxel_size`, or a file written by saveVdb, restored exactly (voxel size and truncation then
   /// come from the file). A closed level set also says what is inside and outside; in an open one, voxels
   /// that are not active are unknown. The truncation shrinks to the file's band where that is narrower.
-  /// Throws std::runtime_error: no such file, not a VDB file or a damaged one, no grid of real numbers or several, an empty
-  /// one, a transform that is not linear, extents that cannot be built, or a band thinner than a voxel.
+  /// Throws std::runtime_error: no such file, not a VDB file or a damaged one, no grid of real numbers or
+  /// several, an empty one, a transform that is not linear, extents that cannot be built, or a band thinner
+  /// than a voxel.
   static TsdfVolume fromVdbFile(const std::string& path, FusionOptions options, const VdbImport& source = {});
 
   /// Writes grids "tsdf", "weight" and "free", as files/file_writer.h has it. Throws std::runtime_error.
   void saveVdb(const std::string& path) const;
 
   const FusionOptions& options() const;
-  /// Where the grids' coordinates begin, in the map frame [m]: zero near the map's origin; elsewhere (UTM) whole metres near
-  /// the first scan, so that single precision will do.
+  /// Where the grids' coordinates begin, in the map frame [m]: zero near the map's origin; elsewhere (UTM)
+  /// whole metres near the first scan, so that single precision will do.
   const Eigen::Vector3d& origin() const { return origin_; }
   void setOrigin(const Eigen::Vector3d& origin) { origin_ = origin; }
   std::size_t frameCount() const;

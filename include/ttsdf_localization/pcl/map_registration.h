@@ -1,6 +1,6 @@
 #pragma once
-// A map behind PCL's interface of registrations, for programs that are written around pcl::Registration. Header only: who
-// includes it has PCL and links ttsdf_core.
+// A map behind PCL's interface of registrations, for programs that are written around pcl::Registration.
+// Header only: who includes it has PCL and links ttsdf_core.
 
 #include <pcl/common/transforms.h>
 #include <pcl/registration/registration.h>
@@ -16,23 +16,25 @@
 
 namespace ttsdf {
 
-/// setInputTarget takes a map instead of a cloud; setInputSource, align, getFinalTransformation and hasConverged are PCL's.
-/// PCL's matrices are single precision: fine up to a kilometre from the map's origin; beyond, ask result() for the pose.
-/// Not thread-safe, as all of PCL's registrations.
+/// setInputTarget takes a map instead of a cloud; setInputSource, align, getFinalTransformation and
+/// hasConverged are PCL's. PCL's matrices are single precision: fine up to a kilometre from the map's origin;
+/// beyond, ask result() for the pose. Not thread-safe, as all of PCL's registrations.
 template <typename PointSource, typename PointTarget = PointSource>
 class MapRegistration : public pcl::Registration<PointSource, PointTarget, float> {
   using Base = pcl::Registration<PointSource, PointTarget, float>;
 
  public:
+  using Base::setInputTarget;
   using typename Base::Matrix4;
   using typename Base::PointCloudSource;
   using typename Base::PointCloudTarget;
-  using Base::setInputTarget;
 
-  explicit MapRegistration(RegistrationOptions options = {}) : options_(std::move(options)) { this->reg_name_ = "MapRegistration"; }
+  explicit MapRegistration(RegistrationOptions options = {}) : options_(std::move(options)) {
+    this->reg_name_ = "MapRegistration";
+  }
 
-  /// Also makes a thin cloud of the map's surface, which is what PCL knows as the target. Throws as makeField and
-  /// Registration do.
+  /// Also makes a thin cloud of the map's surface, which is what PCL knows as the target. Throws as makeField
+  /// and Registration do.
   void setInputTarget(const TtSdfMap& map) {
     std::shared_ptr<const DistanceField> field = makeField(map);
     Base::setInputTarget(surfaceCloud(*field));
@@ -44,14 +46,16 @@ class MapRegistration : public pcl::Registration<PointSource, PointTarget, float
   /// Starts around the guess, for guesses that are off by half a metre.
   void setSearch(bool search) { search_ = search; }
 
-  /// Mean square distance of the aligned source to the map's surface [m^2], of the points nearer than `max_range` in known
-  /// space; infinity if there are none. Hides the base class's, which looks for neighbours in the thin cloud.
+  /// Mean square distance of the aligned source to the map's surface [m^2], of the points nearer than
+  /// `max_range` in known space; infinity if there are none. Hides the base class's, which looks for
+  /// neighbours in the thin cloud.
   double getFitnessScore(double max_range = 0.2) {
     if (!registration_ || !this->input_) return std::numeric_limits<double>::infinity();
     const DistanceField& field = registration_->field();
     const Eigen::Isometry3d T = relativeTo(field.geometry(), result_.T_map_sensor);
     const ScanPoints points = sourcePoints();
-    const FieldSamples samples = field.evaluate(((T.linear() * points.cast<double>()).colwise() + T.translation()).template cast<float>().eval());
+    const FieldSamples samples = field.evaluate(
+        ((T.linear() * points.cast<double>()).colwise() + T.translation()).template cast<float>().eval());
     double sum = 0.0, count = 0.0;
     for (Eigen::Index n = 0; n < points.cols(); ++n) {
       const double distance = std::abs(static_cast<double>(samples.values[n]));
@@ -72,7 +76,8 @@ class MapRegistration : public pcl::Registration<PointSource, PointTarget, float
     if (registration_) {
       const Eigen::Isometry3d T_guess = orthonormalized(guess.template cast<double>());
       const ScanPoints points = sourcePoints();
-      result_ = search_ ? searchNear(*registration_, points, T_guess, SearchOptions()) : registration_->align(points, T_guess);
+      result_ = search_ ? searchNear(*registration_, points, T_guess, SearchOptions())
+                        : registration_->align(points, T_guess);
       this->converged_ = result_.success;
       this->final_transformation_ = result_.T_map_sensor.matrix().template cast<float>();
       this->transformation_ = this->final_transformation_;
@@ -99,11 +104,14 @@ class MapRegistration : public pcl::Registration<PointSource, PointTarget, float
     for (int k = 0; k < g.dims[2]; k += 2) {
       for (int j = 0; j < g.dims[1]; j += 2) {
         for (Eigen::Index i = 0; i < line.cols(); ++i) {
-          line.col(i) = g.samplePosition(Eigen::Vector3d(2.0 * static_cast<double>(i), j, k)).template cast<float>();
+          line.col(i) =
+              g.samplePosition(Eigen::Vector3d(2.0 * static_cast<double>(i), j, k)).template cast<float>();
         }
         const FieldSamples samples = field.evaluate(line);
         for (Eigen::Index i = 0; i < line.cols(); ++i) {
-          if (samples.states[static_cast<std::size_t>(i)] != PointState::kValid || std::abs(samples.values[i]) > reach) continue;
+          if (samples.states[static_cast<std::size_t>(i)] != PointState::kValid ||
+              std::abs(samples.values[i]) > reach)
+            continue;
           PointTarget point;
           point.getVector3fMap() =
               line.col(i) - samples.values[i] * samples.gradients.col(i) + g.origin.template cast<float>();

@@ -16,9 +16,11 @@ struct ChildLimits {
 /// Limits that grow with a file, for formats that compress.
 ChildLimits limitsForFile(const std::string& path);
 
-/// Runs `work` in a forked process and returns what it returns. An exception of `work` arrives as std::runtime_error with
-/// the same text; a crash, an abort, too much memory or time as std::runtime_error("WHAT: the file is damaged (...)").
-/// What the child prints is dropped. `work` must not use threads, and what it changes stays in the child.
-std::string runInChild(const std::string& what, const ChildLimits& limits, const std::function<std::string()>& work);
+/// Runs `work` in a forked process and returns what it returns. An exception of `work` arrives as
+/// std::runtime_error with the same text; a crash, an abort, too much memory or time as
+/// std::runtime_error("WHAT: the file is damaged (...)"). What the child prints is dropped. `work` must not
+/// use threads, and what it changes stays in the child.
+std::string runInChild(const std::string& what, const ChildLimits& limits,
+                       const std::function<std::string()>& work);
 
 }  // namespace ttsdf

@@ -1,6 +1,6 @@
 #pragma once
-// A whole file in memory, and a cursor over its words. Every reader here works on these: nothing is read past the end, and
-// what a header promises can be held against what is there before anything is allocated.
+// A whole file in memory, and a cursor over its words. Every reader here works on these: nothing is read past
+// the end, and what a header promises can be held against what is there before anything is allocated.
 
 #include <cstddef>
 #include <cstdint>
@@ -10,7 +10,8 @@
 
 namespace ttsdf {
 
-/// Bytes of a regular file. Throws std::runtime_error("WHAT 'PATH': ..."): no such file, a folder, a device or pipe, empty.
+/// Bytes of a regular file. Throws std::runtime_error("WHAT 'PATH': ..."): no such file, a folder, a device
+/// or pipe, empty.
 class FileBytes {
  public:
   FileBytes(std::string what, std::string path);

@@ -21,8 +21,8 @@ SampledField sampleSurfaceDistance(const ObservedGrid& observed, const BuildOpti
 SampledField sampleOccupancyDistance(const ObservedGrid& observed, const BuildOptions& options,
                                      const BuildProgress& progress);
 
-/// The fused truncated distance itself; where nothing was observed, the truncation with the sign of the nearest
-/// observed sample.
+/// The fused truncated distance itself; where nothing was observed, the truncation with the sign of the
+/// nearest observed sample.
 SampledField sampleTruncatedDistance(const ObservedGrid& observed, const BuildOptions& options,
                                      const BuildProgress& progress);
 

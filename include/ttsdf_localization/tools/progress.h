@@ -1,6 +1,6 @@
 #pragma once
-// How far a long run is, on stderr: a line that is redrawn on a terminal, and elsewhere a line of its own whenever nothing was
-// said for four seconds. A thread of its own speaks where the work does not.
+// How far a long run is, on stderr: a line that is redrawn on a terminal, and elsewhere a line of its own
+// whenever nothing was said for four seconds. A thread of its own speaks where the work does not.
 
 #include <chrono>
 #include <condition_variable>

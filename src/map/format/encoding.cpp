@@ -69,7 +69,8 @@ std::string ranksText(const CoreHeader& header) {
 Encoding readEncoding(ByteReader& in) {
   const std::uint8_t encoding = in.u8();
   if (encoding > static_cast<std::uint8_t>(Encoding::kQuantized)) {
-    refuse(in.what() + ": encoding", std::to_string(encoding), "0 (float32), 1 (float16), 2 (quantized-1) or 3 (quantized)");
+    refuse(in.what() + ": encoding", std::to_string(encoding),
+           "0 (float32), 1 (float16), 2 (quantized-1) or 3 (quantized)");
   }
   return static_cast<Encoding>(encoding);
 }

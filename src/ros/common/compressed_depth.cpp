@@ -33,7 +33,7 @@ struct Pixels {
 void checkExtent(std::uint32_t width, std::uint32_t height) {
   if (width == 0 || height == 0 || width > kMaxExtent || height > kMaxExtent) {
     damaged("got " + std::to_string(width) + " x " + std::to_string(height) + " pixels, wanted 1 to " +
-           std::to_string(kMaxExtent) + " a side");
+            std::to_string(kMaxExtent) + " a side");
   }
 }
 
@@ -93,7 +93,7 @@ Pixels decodePng(const std::uint8_t* bytes, std::size_t size) {
   if (png_get_bit_depth(png.png, png.info) != 16 || png_get_channels(png.png, png.info) != 1 ||
       png_get_interlace_type(png.png, png.info) != PNG_INTERLACE_NONE) {
     damaged("PNG: got " + std::to_string(png_get_bit_depth(png.png, png.info)) + " bits and " +
-           std::to_string(png_get_channels(png.png, png.info)) + " channels, wanted 16 bits of grey");
+            std::to_string(png_get_channels(png.png, png.info)) + " channels, wanted 16 bits of grey");
   }
   // A row of the image takes at least a few bytes however well it is compressed.
   if (pixels.height > size)
@@ -177,7 +177,7 @@ float littleFloat(const std::uint8_t* bytes) {
 sensor_msgs::Image decompressDepth(const sensor_msgs::CompressedImage& message) {
   if (message.format.find("compressedDepth") == std::string::npos)
     damaged("got the format '" + message.format +
-           "', wanted '16UC1; compressedDepth' or '32FC1; compressedDepth'");
+            "', wanted '16UC1; compressedDepth' or '32FC1; compressedDepth'");
   if (message.data.size() <= kHeaderBytes) damaged("is cut off");
   const std::uint8_t* const body = message.data.data() + kHeaderBytes;
   const std::size_t size = message.data.size() - kHeaderBytes;

@@ -34,8 +34,9 @@ Camera cameraOf(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& 
   const std::size_t height = (part ? roi.height : info.height) / binning_y;
   if (width != image.width || height != image.height) {
     unusable("camera_info: got " + sizeText(info.width, info.height) + " with a region of interest of " +
-           sizeText(roi.width, roi.height) + " and binning " + sizeText(binning_x, binning_y) + ", which makes " +
-           sizeText(width, height) + ", wanted the size of the depth image, " + sizeText(image.width, image.height));
+             sizeText(roi.width, roi.height) + " and binning " + sizeText(binning_x, binning_y) +
+             ", which makes " + sizeText(width, height) + ", wanted the size of the depth image, " +
+             sizeText(image.width, image.height));
   }
   // P is of the rectified image; drivers that rectify nothing sometimes fill in K only.
   const bool has_p = info.P[0] != 0.0 || info.P[5] != 0.0;
@@ -43,7 +44,7 @@ Camera cameraOf(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& 
   double cx = has_p ? info.P[2] : info.K[2], cy = has_p ? info.P[6] : info.K[5];
   if (!(fx > 0.0 && fy > 0.0) || !std::isfinite(fx + fy + cx + cy)) {
     unusable("camera_info: got the focal lengths " + std::to_string(fx) + " and " + std::to_string(fy) +
-           ", wanted them above 0");
+             ", wanted them above 0");
   }
   if (part) {
     cx -= roi.x_offset;
@@ -102,8 +103,8 @@ ConvertedCloud convertDepth(const sensor_msgs::Image& image, const sensor_msgs::
   if (image.step < std::size_t{image.width} * bytes ||
       image.data.size() < (std::size_t{image.height} - 1) * image.step + std::size_t{image.width} * bytes) {
     unusable("depth image: got " + std::to_string(image.data.size()) + " bytes in rows of " +
-           std::to_string(image.step) + ", wanted " + sizeText(image.width, image.height) + " pixels of " +
-           std::to_string(bytes) + " bytes");
+             std::to_string(image.step) + ", wanted " + sizeText(image.width, image.height) + " pixels of " +
+             std::to_string(bytes) + " bytes");
   }
   const Camera camera = cameraOf(image, info);
   if (millimetres) {
