@@ -8,4 +8,4 @@ ttsdf_library(ttsdf_exports
     src/exports/octomap_import.cpp
     src/exports/surface_files.cpp
   PUBLIC ttsdf_core ttsdf_mapping ttsdf_occupancy
-  PRIVATE OpenVDB::openvdb TBB::tbb ${TTSDF_OCTOMAP_LIBRARY} ${TTSDF_OCTOMATH_LIBRARY})
+  PRIVATE OpenVDB::openvdb ${TTSDF_TBB_LIBRARY} ${TTSDF_OCTOMAP_LIBRARY} ${TTSDF_OCTOMATH_LIBRARY})

@@ -70,6 +70,6 @@ if(TTSDF_BUILD_SIMULATION)
     LIBS ttsdf_tools ttsdf_mapping ttsdf_simulation ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY}
     INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
 endif()
-ttsdf_unit_test(tools/mutated_files_test.cpp LIBS ttsdf_tools ttsdf_mapping OpenVDB::openvdb TBB::tbb)
+ttsdf_unit_test(tools/mutated_files_test.cpp LIBS ttsdf_tools ttsdf_mapping OpenVDB::openvdb ${TTSDF_TBB_LIBRARY})
 ttsdf_tool_test(exports/export_tool_test.cpp LIBS ttsdf_tools ttsdf_exports ${TTSDF_OCTOMAP_LIBRARY} ${TTSDF_OCTOMATH_LIBRARY}
-  OpenVDB::openvdb TBB::tbb ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY} INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
+  OpenVDB::openvdb ${TTSDF_TBB_LIBRARY} ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY} INCLUDE ${TTSDF_PCL_INCLUDE_DIR})

@@ -10,7 +10,7 @@ namespace ttsdf {
 
 namespace {
 
-const TensorTrain& matching(const TensorTrain& train, const Dims& dims) {
+const TensorTrain& matchingTrain(const TensorTrain& train, const Dims& dims) {
   if (train.rank1() > 0 && (train.dims() == dims).all()) return train;
   std::ostringstream text;
   text << "derivative cores: got a train of " << train.dims().transpose() << ", wanted " << dims.transpose();
@@ -23,7 +23,7 @@ class DerivativeCoreField::Impl {
  public:
   Impl(TensorTrain tt, const GridGeometry& geometry, SupportMask mask)
       : grid(geometry, std::move(mask), Interpolation::kNearest, tt.axes()), train(std::move(tt)) {
-    matching(train, geometry.dims);
+    matchingTrain(train, geometry.dims);
     const ModeOrder& axes = train.axes();
     first = differentiate(train, axes[0], 1.0).first();
     middle = differentiate(train, axes[1], 1.0).middle();

@@ -24,11 +24,11 @@ constexpr std::size_t kMaxStem = 200;  // of 255 bytes that a name may have
 constexpr char kMark[] = ".tmp-";      // between the target's name and six characters of mkostemp
 constexpr std::size_t kRandomCharacters = 6;
 
-[[noreturn]] void refuse(const std::string& path, const std::string& what) {
+[[noreturn]] void refusePath(const std::string& path, const std::string& what) {
   throw std::runtime_error("cannot write '" + path + "': " + what);
 }
 
-const char* typeName(mode_t mode) {
+const char* fileTypeName(mode_t mode) {
   if (S_ISDIR(mode)) return "a folder";
   if (S_ISCHR(mode) || S_ISBLK(mode)) return "a device";
   if (S_ISFIFO(mode)) return "a pipe";
@@ -40,7 +40,7 @@ const char* typeName(mode_t mode) {
 std::string withoutLinks(const std::string& path) {
   fs::path target = path;
   for (int links = 0; fs::is_symlink(fs::symlink_status(target)); ++links) {
-    if (links == kMaxLinks) refuse(path, "too many links");
+    if (links == kMaxLinks) refusePath(path, "too many links");
     const fs::path next = fs::read_symlink(target);
     target = next.is_absolute() ? next : target.parent_path() / next;
   }
@@ -61,18 +61,18 @@ std::string temporaryStem(const std::string& target) {
 void checkOldFile(const std::string& path, const std::string& target, const FileKind& kind) {
   struct stat status {};
   if (::stat(target.c_str(), &status) != 0) {
-    if (errno != ENOENT) refuse(path, std::strerror(errno));
+    if (errno != ENOENT) refusePath(path, std::strerror(errno));
     return;
   }
   if (!S_ISREG(status.st_mode)) {
-    refuse(path, std::string("got ") + typeName(status.st_mode) + ", wanted nothing or a regular file");
+    refusePath(path, std::string("got ") + fileTypeName(status.st_mode) + ", wanted nothing or a regular file");
   }
-  if (::access(target.c_str(), W_OK) != 0) refuse(path, std::strerror(errno));
+  if (::access(target.c_str(), W_OK) != 0) refusePath(path, std::strerror(errno));
   if (kind.magic.empty() || status.st_size == 0) return;
   std::string begin(kind.magic.size(), '\0');
   std::ifstream old(target, std::ios::binary);
   if (!old.read(begin.data(), static_cast<std::streamsize>(begin.size())) || begin != kind.magic) {
-    refuse(path, "got a file that is not " + kind.name +
+    refusePath(path, "got a file that is not " + kind.name +
                      ", and only that is replaced; remove it, or give another name");
   }
 }
@@ -152,7 +152,7 @@ void FileWriter::makeTemporary() {
     }
     ::close(std::exchange(fd_, -1));
   }
-  refuse(path_, "its temporary goes away as soon as it is made");
+  refusePath(path_, "its temporary goes away as soon as it is made");
 }
 
 FileWriter::~FileWriter() {
@@ -161,7 +161,7 @@ FileWriter::~FileWriter() {
   ::close(fd_);
 }
 
-void FileWriter::fail(int error) const { refuse(path_, std::strerror(error)); }
+void FileWriter::fail(int error) const { refusePath(path_, std::strerror(error)); }
 
 void FileWriter::commit(const std::function<void()>& check) {
   if (::fsync(fd_) != 0) fail(errno);
@@ -185,7 +185,7 @@ OutputFile::~OutputFile() = default;
 void OutputFile::close() {
   if (!writer_) return;
   stream_.close();
-  if (!stream_) refuse(writer_->temporary(), "a write failed; is the disk full?");
+  if (!stream_) refusePath(writer_->temporary(), "a write failed; is the disk full?");
   writer_->commit();
   writer_.reset();
 }
@@ -197,7 +197,7 @@ void writeFileAtomically(const std::string& path, const std::vector<std::uint8_t
   while (done < bytes.size()) {
     const ssize_t written = ::write(writer.descriptor(), bytes.data() + done, bytes.size() - done);
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) refuse(path, std::strerror(errno));
+    if (written < 0) refusePath(path, std::strerror(errno));
     done += static_cast<std::size_t>(written);
   }
   writer.commit([&] {
@@ -205,13 +205,13 @@ void writeFileAtomically(const std::string& path, const std::vector<std::uint8_t
     for (std::size_t at = 0; at <= bytes.size();) {
       const ssize_t got = ::pread(writer.descriptor(), block.data(), block.size(), static_cast<off_t>(at));
       if (got < 0 && errno == EINTR) continue;
-      if (got < 0) refuse(path, std::string("reading it back: ") + std::strerror(errno));
+      if (got < 0) refusePath(path, std::string("reading it back: ") + std::strerror(errno));
       const auto n = static_cast<std::size_t>(got);
       if (n == 0 && at == bytes.size()) return;
       if (n == 0 || at + n > bytes.size() || std::memcmp(block.data(), bytes.data() + at, n) != 0) break;
       at += n;
     }
-    refuse(path, "what was read back is not what was written");
+    refusePath(path, "what was read back is not what was written");
   });
 }
 
