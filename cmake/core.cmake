@@ -2,6 +2,9 @@
 find_package(ZLIB REQUIRED)
 ttsdf_find_library(LZMA_LIBRARY lzma)
 
+# Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
+set_source_files_properties(src/registration/residual_kernels.cpp src/field/grid_field.cpp PROPERTIES
+  COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 ttsdf_library(ttsdf_core
   SOURCES
     src/options/option_table.cpp
@@ -58,9 +61,6 @@ ttsdf_library(ttsdf_core
     src/localization/localizer_tracking.cpp
   PUBLIC Eigen3::Eigen
   PRIVATE ZLIB::ZLIB Threads::Threads ${LZMA_LIBRARY})
-# Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
-set_source_files_properties(src/registration/residual_kernels.cpp src/field/grid_field.cpp PROPERTIES
-  COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 
 ttsdf_unit_test(localization/pose_covariance_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/motion_model_test.cpp LIBS ttsdf_core)

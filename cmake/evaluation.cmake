@@ -3,6 +3,9 @@ foreach(name kdtree search features filters registration)
   ttsdf_find_pcl(${name})
 endforeach()
 
+# GCC 12 reads vector loads of Eigen, instantiated from PCL's templates, as out of bounds.
+set_source_files_properties(src/evaluation/cloud_methods.cpp src/evaluation/feature_methods.cpp PROPERTIES
+  COMPILE_OPTIONS -Wno-array-bounds)
 ttsdf_library(ttsdf_evaluation
   SOURCES
     src/evaluation/cloud_methods.cpp
@@ -20,9 +23,6 @@ ttsdf_library(ttsdf_evaluation
   PUBLIC ttsdf_statistics ttsdf_mapping
   PRIVATE ${TTSDF_PCL_LIBRARIES}
   INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
-# GCC 12 reads vector loads of Eigen, instantiated from PCL's templates, as out of bounds.
-set_source_files_properties(src/evaluation/cloud_methods.cpp src/evaluation/feature_methods.cpp PROPERTIES
-  COMPILE_OPTIONS -Wno-array-bounds)
 
 ttsdf_tool(ttsdf_register SOURCES src/tools/ttsdf_register.cpp LIBS ttsdf_tools ttsdf_evaluation)
 ttsdf_tool(ttsdf_evaluate SOURCES src/tools/ttsdf_evaluate.cpp LIBS ttsdf_tools ttsdf_evaluation)
