@@ -2,6 +2,9 @@
 find_package(ZLIB REQUIRED)
 ttsdf_find_library(LZMA_LIBRARY lzma)
 
+# Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
+set_source_files_properties(src/registration/residual_kernels.cpp src/field/grid_locator.cpp PROPERTIES
+  COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 ttsdf_library(ttsdf_core
   SOURCES
     src/files/file_writer.cpp
@@ -65,9 +68,6 @@ ttsdf_library(ttsdf_core
     src/localization/localizer_tracking.cpp
   PUBLIC Eigen3::Eigen
   PRIVATE ZLIB::ZLIB Threads::Threads ${LZMA_LIBRARY})
-# Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
-set_source_files_properties(src/registration/residual_kernels.cpp src/field/grid_locator.cpp PROPERTIES
-  COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 
 ttsdf_unit_test(files/file_writer_test.cpp LIBS ttsdf_core)
 # A map seen from above, for planners: so little that the map server can offer it.

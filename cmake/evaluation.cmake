@@ -27,6 +27,9 @@ else()
   set(TTSDF_OPEN3D_SOURCE src/evaluation/open3d_absent.cpp)
   set(TTSDF_OPEN3D_LIBRARIES)
 endif()
+# GCC 12 reads vector loads of Eigen, instantiated from the templates of PCL and Open3D, as out of bounds.
+set_source_files_properties(src/evaluation/cloud_methods.cpp ${TTSDF_OPEN3D_SOURCE} PROPERTIES
+  COMPILE_OPTIONS -Wno-array-bounds)
 ttsdf_library(ttsdf_comparison
   SOURCES
     src/evaluation/cloud_methods.cpp
@@ -34,10 +37,6 @@ ttsdf_library(ttsdf_comparison
     ${TTSDF_OPEN3D_SOURCE}
   PUBLIC ttsdf_evaluation
   PRIVATE ${TTSDF_PCL_LIBRARIES} ${TTSDF_OPEN3D_LIBRARIES})
-set_source_files_properties(${TTSDF_OPEN3D_SOURCE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-# GCC 12 reads vector loads of Eigen, instantiated from PCL's templates, as out of bounds.
-set_source_files_properties(src/evaluation/cloud_methods.cpp PROPERTIES
-  COMPILE_OPTIONS -Wno-array-bounds)
 
 ttsdf_tool(ttsdf_register SOURCES src/tools/ttsdf_register.cpp LIBS ttsdf_tools ttsdf_evaluation)
 ttsdf_tool(ttsdf_evaluate SOURCES src/tools/ttsdf_evaluate.cpp LIBS ttsdf_tools ttsdf_comparison)

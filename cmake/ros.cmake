@@ -50,7 +50,7 @@ function(ttsdf_ros_test_program target source)
 endfunction()
 
 # ---- messages, headers, what is no target ----------------------------------------------------------------------------
-install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
+install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION} COMPONENT tools)
 install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(PROGRAMS scripts/frames_from scripts/frames_to_bag scripts/frames_to_batch scripts/evaluate_trajectory scripts/plot_map

@@ -1,4 +1,7 @@
 # The simulated world: analytic scenes, a depth camera, drifting odometry. Needs the core only.
+# Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
+set_source_files_properties(src/simulation/depth_renderer.cpp PROPERTIES
+  COMPILE_OPTIONS "-O3;-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 ttsdf_library(ttsdf_simulation
   SOURCES
     src/simulation/solid.cpp
@@ -20,9 +23,6 @@ ttsdf_library(ttsdf_simulation
     src/simulation/simulated_rig.cpp
   PUBLIC ttsdf_core Eigen3::Eigen
   PRIVATE Threads::Threads)
-# Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
-set_source_files_properties(src/simulation/depth_renderer.cpp PROPERTIES
-  COMPILE_OPTIONS "-O3;-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 
 ttsdf_unit_test(simulation/solid_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/analytic_scene_test.cpp LIBS ttsdf_simulation)

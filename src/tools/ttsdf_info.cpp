@@ -20,7 +20,7 @@ constexpr const char* kPlotScript = "plot_map";
 
 Json::Value toJson(const Eigen::Ref<const Eigen::VectorXd>& numbers) {
   Json::Value list(Json::arrayValue);
-  for (const double number : numbers) list.append(number);
+  for (Eigen::Index n = 0; n < numbers.size(); ++n) list.append(numbers[n]);
   return list;
 }
 
