@@ -24,7 +24,7 @@ if(TARGET documentation_map_format_test)
     TTSDF_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}" TTSDF_PYTHON="${TTSDF_PYTHON}")
 endif()
 
-if(TTSDF_BUILD_TESTS)
+if(TTSDF_BUILD_TESTS AND TTSDF_BUILD_SIMULATION AND TTSDF_BUILD_EVALUATION)
   # The figures of doc/results and README are of today's code, and the commands of the pages for beginners work.
   add_test(NAME results_current_test COMMAND "${TTSDF_PYTHON}" -B "${CMAKE_CURRENT_SOURCE_DIR}/test/documentation/results_current_test.py")
   add_test(NAME documentation_commands_test COMMAND "${TTSDF_PYTHON}" -B
