@@ -189,7 +189,7 @@ class Run {
         "faults said too late or not: %d, memory %+ld kB\n",
         sent_, poses_, kGoodPose, bad_poses_, worst_, bad_transforms_.load(), unsaid_,
         memory() - memory_before);
-    return bad_poses_ + bad_transforms_ + unsaid_ == 0 ? 0 : 1;
+    return bad_poses_ + bad_transforms_.load() + unsaid_ == 0 ? 0 : 1;
   }
 
  private:
@@ -252,7 +252,7 @@ class Run {
       said_ = false;
       was_lost_ = false;
     }
-    ++rows_[static_cast<int>(fault_)].injected;
+    ++rows_[static_cast<int>(fault_.load())].injected;
     switch (fault_) {
       case Fault::kClockBack: {
         const std::lock_guard<std::mutex> lock(mutex_);
@@ -297,13 +297,13 @@ class Run {
       }
     }
     const std::lock_guard<std::mutex> lock(mutex_);
-    Row& row = rows_[static_cast<int>(fault_)];
+    Row& row = rows_[static_cast<int>(fault_.load())];
     row.said += said_;
     row.lost += was_lost_;
     if (said_) row.slowest = std::max(row.slowest, said_after_);
     if (mustBeSaid(fault_) && !said_) {
       ++unsaid_;
-      std::printf("not said: %s, scan %d\n", kNames[static_cast<int>(fault_)], sent_);
+      std::printf("not said: %s, scan %d\n", kNames[static_cast<int>(fault_.load())], sent_);
     }
     fault_ = Fault::kNone;
     quiet_until_ = now_ + 3.0;
@@ -410,7 +410,7 @@ class Run {
     worst_ = std::max(worst_, error);
     if (error <= kGoodPose) return;
     ++bad_poses_;
-    std::printf("pose off by %.3f m at scan %d during: %s\n", error, sent_, kNames[static_cast<int>(fault_)]);
+    std::printf("pose off by %.3f m at scan %d during: %s\n", error, sent_, kNames[static_cast<int>(fault_.load())]);
   }
 
   void onStatus(const ttsdf_localization::LocalizationStatusConstPtr& status) {
@@ -442,7 +442,7 @@ class Run {
       if (!sends_ && Wall::now() - silent_since_ > std::chrono::milliseconds(300)) {
         ++bad_transforms_;
         std::printf("a transform in a state without, scan %d during: %s\n", sent_,
-                    kNames[static_cast<int>(fault_)]);
+                    kNames[static_cast<int>(fault_.load())]);
       }
     }
   }
