@@ -248,6 +248,32 @@ class SummarizeTests(ScriptTest):
         self.assertEqual(self.summary([], {}), (1, ["0 passed, 0 failed, 0 skipped"]))
 
 
+class Fresh(unittest.TestCase):
+    """What scripts/fresh refuses; whether it makes a root is seen where CI uses it."""
+
+    def refused(self, *arguments, **options):
+        return subprocess.run([str(SCRIPTS / "fresh")] + list(arguments), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              universal_newlines=True, timeout=60, **options)
+
+    def test_wrong_usage(self):
+        for arguments, said in (([], "got no command"), (["--release", "potato", "true"], "wanted bookworm, bullseye or trixie"),
+                                (["--arch", "vax", "true"], "--arch: got 'vax'"), (["--release"], "got nothing")):
+            result = self.refused(*arguments)
+            self.assertEqual(result.returncode, 2, result.stdout)
+            self.assertIn(said, result.stdout)
+
+    def test_a_user_without_rights_is_told_so_in_one_line(self):
+        def become_nobody():
+            if os.getuid() == 0:
+                os.setgid(65534)
+                os.setuid(65534)
+        result = self.refused("true", preexec_fn=become_nobody, cwd="/", env={"PATH": "/usr/bin:/bin", "HOME": "/nonexistent"})
+        if result.returncode != 125:  # a checkout in a folder of root's cannot even be read
+            self.skipTest("this checkout is not readable by others")
+        self.assertEqual(len(result.stdout.strip().splitlines()), 1, result.stdout)
+        self.assertIn("no root: got user", result.stdout)
+
+
 class Scripts(unittest.TestCase):
     def test_every_script_has_help(self):
         scripts = [path.name for path in SCRIPTS.iterdir() if os.access(path, os.X_OK) and path.is_file()]
