@@ -3,6 +3,7 @@
 // comes back.
 
 #include <gtest/gtest.h>
+#include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
 #include <chrono>
