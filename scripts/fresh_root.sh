@@ -128,7 +128,7 @@ if [ -n "$TTSDF_FRESH_CCACHE" ]; then
   say "compilations are taken from $TTSDF_FRESH_CCACHE where they are there: the minutes are not those of a new machine"
   chroot "$root" env "${variables[@]}" sh -c 'apt-get -q update && apt-get -qy install --no-install-recommends ccache' \
     >/dev/null 2>&1 || no_root "ccache could not be installed in the root (no network?)"
-  variables+=(CCACHE_DIR=/mnt/ccache CCACHE_BASEDIR="$COPY" CCACHE_NOHASHDIR=1)
+  variables+=(CCACHE_DIR=/mnt/ccache CCACHE_BASEDIR="$COPY" CCACHE_NOHASHDIR=1 CCACHE_MAXSIZE=20G)
 fi
 
 say "running in a fresh $release ($arch): $*"
