@@ -54,6 +54,7 @@ RegistrationOptions nearOnly() {
   RegistrationOptions options;
   options.long_range = false;
   options.restarts = 0;
+  options.min_confidence = 0.0;  // the band is all that is known here: much of a frame lies outside of it
   options.max_points = kPoints;
   return options;
 }
