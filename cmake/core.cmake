@@ -28,7 +28,6 @@ ttsdf_library(ttsdf_core
     src/tensor/tensor_train.cpp
     src/tensor/gemm.cpp
     src/field/support_mask.cpp
-    src/field/frame_agreement.cpp
     src/field/grid_geometry.cpp
     src/field/distance_field.cpp
     src/field/grid_locator.cpp
@@ -66,6 +65,8 @@ ttsdf_library(ttsdf_core
     src/localization/localizer_recovery.cpp
     src/localization/localizer_silence.cpp
     src/localization/localizer_tracking.cpp
+    src/field/frame_agreement.cpp
+    src/sensor/sensor_model.cpp
   PUBLIC Eigen3::Eigen
   PRIVATE ZLIB::ZLIB Threads::Threads ${LZMA_LIBRARY})
 

@@ -2,6 +2,7 @@
 include(cmake/map_tests.cmake)
 ttsdf_unit_test(options/option_table_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(geometry/se3_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(sensor/sensor_model_test.cpp LIBS ttsdf_core)
 
 ttsdf_unit_test(tensor/tensor_train_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(tensor/differentiate_test.cpp LIBS ttsdf_compression)

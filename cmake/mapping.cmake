@@ -65,11 +65,11 @@ ttsdf_library(ttsdf_mapping
     src/build_steps/extent.cpp
     src/mapping/build_report.cpp
     src/mapping/field_slabs.cpp
+    src/mapping/compression.cpp
     # do frames agree with each other
     src/agreement/volume_field.cpp
     src/agreement/frame_comparison.cpp
     src/agreement/agreement_summary.cpp
-    src/mapping/compression.cpp
   PUBLIC ttsdf_core ttsdf_compression ttsdf_readers
   PRIVATE OpenVDB::openvdb ${TTSDF_TBB_LIBRARY} ${TTSDF_ASSIMP_LIBRARY} ${VIGRAIMPEX_LIBRARY}
   INCLUDE ${VIGRA_INCLUDE_DIR})

@@ -50,10 +50,12 @@ struct Kept {
 };
 
 /// From the recorded pose, within the band: the volume has no far field to look beyond it.
-RegistrationOptions nearOnly() {
+RegistrationOptions nearOnly(const TsdfVolume& volume) {
   RegistrationOptions options;
+  options.sensor = volume.options().sensor;
   options.long_range = false;
   options.restarts = 0;
+  options.min_confidence = 0.0;  // the band is all that is known here: much of a frame lies outside of it
   options.max_points = kPoints;
   return options;
 }
@@ -88,7 +90,7 @@ FrameDifference compareWith(Registration& registration, const Eigen::Matrix3Xf& 
 FrameDifference compareFrame(const TsdfVolume& others, const Eigen::Matrix3Xf& points,
                              const Eigen::Isometry3d& T_map_sensor) {
   if (others.empty()) return {};
-  Registration registration(std::make_shared<VolumeField>(others), nearOnly());
+  Registration registration(std::make_shared<VolumeField>(others), nearOnly(others));
   return compareWith(registration, points, T_map_sensor);
 }
 
@@ -156,7 +158,7 @@ std::vector<FrameDifference> FrameComparison::compare() const {
   std::array<std::optional<Registration>, 2> against;  // the volume that holds the others, by the frame's own
   for (std::size_t part = 0; part < 2; ++part) {
     const TsdfVolume& others = parts_->volumes[1 - part];
-    if (!others.empty()) against[part].emplace(std::make_shared<VolumeField>(others), nearOnly());
+    if (!others.empty()) against[part].emplace(std::make_shared<VolumeField>(others), nearOnly(others));
   }
   std::vector<FrameDifference> differences;
   for (const Kept& kept : parts_->kept) {

@@ -92,9 +92,12 @@ std::unique_ptr<Method> makeGlobalMethod(std::shared_ptr<const DistanceField> fi
 
 std::shared_ptr<const DistanceField> makeEvaluationField(const TtSdfMap& map, Interpolation interpolation,
                                                          bool dense, double memory_megabytes) {
-  if (dense)
-    return std::make_shared<DenseDistanceField>(full(map.train), relativeToOrigin(map.geometry), map.mask,
-                                                interpolation);
+  if (dense) {
+    auto field = std::make_shared<DenseDistanceField>(full(map.train), relativeToOrigin(map.geometry),
+                                                      map.mask, interpolation);
+    field->setAgreement(map.agreement);
+    return field;
+  }
   TtFieldOptions options;
   options.interpolation = interpolation;
   options.memory_megabytes = memory_megabytes;

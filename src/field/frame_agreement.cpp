@@ -1,5 +1,6 @@
 #include "ttsdf_localization/field/frame_agreement.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -14,21 +15,28 @@ void check(const FrameAgreement& a) {
   for (const int count : {a.compared, a.contradicting, a.without_overlap}) {
     if (count < 0) refuse("a number of frames of", count);
   }
+  if (!(std::isfinite(a.widening) && a.widening >= 1.0)) {
+    throw std::invalid_argument("frame agreement: got a widening of " + std::to_string(a.widening) +
+                                ", wanted at least 1");
+  }
   for (const double size : {a.position_median, a.position_90, a.rotation_median, a.rotation_90, a.shift,
                             a.turn_sensor, a.turn_scene}) {
     if (!(std::isfinite(size) && size >= 0.0)) refuse("a size of", size);
   }
 }
 
-Matrix6d mapCovariance(const FrameAgreement& a, const Eigen::Vector3d& lever) {
-  Matrix6d covariance = Matrix6d::Zero();
-  if (!a.known()) return covariance;
-  covariance.diagonal().head<3>().setConstant(a.turn_scene * a.turn_scene);
-  covariance.diagonal().tail<3>().setConstant(a.shift * a.shift);
-  // A turn w about the sensor moves what it sees by w x lever = -hat(lever) w.
+Matrix6d withMapErrors(const FrameAgreement& a, const Matrix6d& scan, const Matrix6d& posterior,
+                       const Eigen::Vector3d& lever) {
+  if (!a.known()) return posterior;
+  const Matrix6d share = scan.ldlt().solve(posterior).transpose();  // posterior scan^-1
+  Matrix6d result = posterior + (a.widening * a.widening - 1.0) * share * posterior;
+  result.diagonal().head<3>().array() += a.turn_sensor * a.turn_sensor;
+  result.diagonal().tail<3>().array() += a.shift * a.shift;
+  // A turn w about what is seen moves the sensor by -w x lever = hat(lever) w.
   Eigen::Matrix<double, 6, 3> J;
-  J << Eigen::Matrix3d::Identity(), -hat(lever);
-  return covariance + a.turn_sensor * a.turn_sensor * J * J.transpose();
+  J << Eigen::Matrix3d::Identity(), hat(lever);
+  result += a.turn_scene * a.turn_scene * J * J.transpose();
+  return 0.5 * (result + result.transpose());
 }
 
 }  // namespace ttsdf

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "block_update.h"
+#include "ttsdf_localization/sensor/sensor_model.h"
 
 namespace ttsdf {
 
@@ -77,11 +78,12 @@ class ScanSums {
     openvdb::tree::ValueAccessor<openvdb::MaskTree> free(free_);
     const auto voxel_size = static_cast<float>(options.voxel_size),
                truncation = static_cast<float>(options.truncation);
+    const SensorModel sensor = sensorModel(options.sensor);
     for (std::size_t i = begin; i < end; ++i) {
       const Eigen::Vector3d ray = bundles[i].point - origin;
       const double range = ray.norm();
       const Eigen::Vector3d direction = ray / range;
-      const auto ray_weight = static_cast<float>(1.0 / std::max(1.0, range * range));
+      const auto ray_weight = static_cast<float>(sensor.weight(range, options.readingFloor()));
       visitRay(options, origin, direction, range, [&](const openvdb::Coord& ijk, double along, double aside) {
         const auto signed_distance = static_cast<float>(range - along);
         if (signed_distance > truncation) {

@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "../tensor/vectorize.h"
+#include "ttsdf_localization/sensor/sensor_model.h"
 
 namespace ttsdf {
 
@@ -23,13 +24,13 @@ constexpr int kRun = 16;      // pixels of a row that are worked on together
 /// show.
 constexpr double kWindowDepth = 2.0;  // [m]
 /// Neighbours lie on the same surface if their depth differs by no more than the slope of a surface seen at
-/// kMaxSlope = tan(82 deg) plus noise. The noise is a constant of inverse depth: 0.005 / m is 3 sigma of a
-/// Kinect.
+/// kMaxSlope = tan(82 deg) plus so many sigmas of noise.
 constexpr float kMaxSlope = 7.0F;
-constexpr float kNoiseInverseDepth = 0.005F;
+constexpr double kNoiseSigmas = 3.0;
+constexpr double kLeastNoise = 0.0003;  // [m]: depth comes in steps of a millimetre
 /// A pixel at a straight depth edge has about 0.6 of its neighbours on its own surface, inner ones have all.
 constexpr float kEdgeShareNone = 0.5F, kEdgeShareFull = 0.9F;
-constexpr float kMinCosine = 0.17F;         // 80 deg: beyond, depth is noise
+constexpr double kLeastCosine = 0.05;       // flatter planes are not fitted well, whatever the sensor
 constexpr float kFreeMinCosine = 0.1F;      // bounds the gap left in front of grazing surfaces
 constexpr float kFreeNoPlaneMargin = 2.0F;  // gap in truncations in front of readings without a plane
 constexpr float kMaxBehind =
@@ -67,12 +68,23 @@ struct RunSums {
   float n[kRun], x[kRun], y[kRun], xx[kRun], xy[kRun], yy[kRun], d[kRun], xd[kRun], yd[kRun];
 };
 
+/// Noise of inverse depth d, sigma(1 / d) d^2: a polynomial in d.
+struct InverseNoise {
+  explicit InverseNoise(const SensorModel& sensor)
+      : constant(static_cast<float>(kNoiseSigmas * sensor.noise_quadratic)),
+        linear(static_cast<float>(kNoiseSigmas * sensor.noise_linear)),
+        square(static_cast<float>(kNoiseSigmas * std::max(sensor.noise, kLeastNoise))) {}
+  float constant, linear, square;
+};
+
 /// Differences of inverse depth that neighbours one and two pixels away may have.
 struct RunLimits {
-  RunLimits(const float* centre, float slope) {
+  RunLimits(const float* centre, float slope, const InverseNoise& noise) {
     for (int step = 1; step <= kMaxReach; ++step) {
-      for (int u = 0; u < kRun; ++u)
-        of[step][u] = slope * static_cast<float>(step) * centre[u] + kNoiseInverseDepth;
+      for (int u = 0; u < kRun; ++u) {
+        of[step][u] = (slope * static_cast<float>(step) + noise.linear) * centre[u] + noise.constant +
+                      noise.square * centre[u] * centre[u];
+      }
     }
     std::copy(std::begin(of[1]), std::end(of[1]), std::begin(of[0]));
   }
@@ -163,7 +175,10 @@ class PixelMaker {
         cx_(static_cast<float>(k.cx)),
         cy_(static_cast<float>(k.cy)),
         truncation_(static_cast<float>(options.truncation)),
-        max_depth_(static_cast<float>(options.max_depth)) {}
+        max_depth_(static_cast<float>(options.max_depth)),
+        sensor_(sensorModel(options.sensor)),
+        least_cosine_(static_cast<float>(std::max(std::sin(sensor_.grazing_angle), kLeastCosine))),
+        floor_(options.readingFloor()) {}
 
   /// `place`: of the pixel in the run.
   SurfacePixel make(int u, int v, float inverse_depth, const RunSums& sums, int place) const {
@@ -174,7 +189,8 @@ class PixelMaker {
     if (depth > max_depth_) return pixel;
     const Slope slope = solve(sums, place);
     const float share = (sums.n[place] - 1.0F) / static_cast<float>(span(u, width_) * span(v, height_) - 1);
-    const float edge = std::clamp((share - kEdgeShareNone) / (kEdgeShareFull - kEdgeShareNone), 0.0F, 1.0F);
+    const float inner = std::clamp((share - kEdgeShareNone) / (kEdgeShareFull - kEdgeShareNone), 0.0F, 1.0F);
+    const float edge = sensor_.mixes_edges ? inner : 1.0F;
     if (!slope.good || edge <= 0.0F) return pixel;
     setPlane(static_cast<float>(u) - cx_, static_cast<float>(v) - cy_, inverse_depth + slope.value, slope,
              edge, pixel);
@@ -197,15 +213,18 @@ class PixelMaker {
     if (!(inverse_depth > 0.0F && cosine > 0.0F)) return;
     const float depth = 1.0F / inverse_depth;
     pixel.free_depth = std::min(depth - truncation_ / (ray * std::max(cosine, kFreeMinCosine)), max_depth_);
-    if (cosine < kMinCosine) return;
+    if (cosine < least_cosine_) return;
     pixel.nx = mx / length, pixel.ny = my / length, pixel.nz = mz / length;
     pixel.offset = 1.0F / length;
-    pixel.weight = edge * cosine * std::min(1.0F, inverse_depth * inverse_depth);
+    pixel.weight = edge * cosine * static_cast<float>(sensor_.weight(static_cast<double>(depth), floor_));
     pixel.band_end = depth + truncation_ / ray * std::min(1.0F / cosine, kMaxBehind);
   }
 
   int reach_, width_, height_;
   float fx_, fy_, cx_, cy_, truncation_, max_depth_;
+  SensorModel sensor_;
+  float least_cosine_;
+  double floor_;
 };
 
 /// Replaces each known free depth by the least of the window.
@@ -256,6 +275,7 @@ SurfacePixels surfacePixels(const DepthImage& image, const CameraIntrinsics& int
   const int reach = std::max(static_cast<int>(window), 1);
   const PixelMaker maker(intrinsics, options, reach);
   const auto slope = static_cast<float>(kMaxSlope / focal);
+  const InverseNoise noise(sensorModel(options.sensor));
   tbb::parallel_for(tbb::blocked_range<int>(0, image.height, 8), [&](const tbb::blocked_range<int>& rows) {
     for (int v = rows.begin(); v != rows.end(); ++v) {
       SurfacePixel* out =
@@ -265,7 +285,7 @@ SurfacePixels surfacePixels(const DepthImage& image, const CameraIntrinsics& int
         for (int dy = -kMaxReach; dy <= kMaxReach; ++dy) around[kMaxReach + dy] = inverse.row(v + dy) + first;
         const float* centre = around[kMaxReach];
         RunSums sums;
-        sumWindow(around, reach, RunLimits(centre, slope), sums);
+        sumWindow(around, reach, RunLimits(centre, slope, noise), sums);
         for (int n = 0; n < std::min(kRun, image.width - first); ++n)
           out[first + n] = maker.make(first + n, v, centre[n], sums, n);
       }

@@ -32,9 +32,9 @@ struct SurfacePixels {
 /// Planes are fitted to inverse depth over windows of 3 x 3 or 5 x 5 pixels, about a voxel wide: inverse
 /// depth is linear in the pixel for a plane, and its noise is uniform for a structured-light or stereo
 /// camera. Distances to the plane instead of along the ray make the zero crossing and the band independent of
-/// the angle of incidence. Weights fall with depth^2, with the cosine of the angle of incidence, and towards
-/// depth discontinuities, where readings mix foreground and background. The free depth is the least over the
-/// window, so that rays passing an edge do not carve it.
+/// the angle of incidence. Weights fall with the sensor's noise at that depth, with the cosine of the angle
+/// of incidence, and towards depth discontinuities where the sensor mixes foreground and background there.
+/// The free depth is the least over the window, so that rays passing an edge do not carve it.
 SurfacePixels surfacePixels(const DepthImage& image, const CameraIntrinsics& intrinsics,
                             const FusionOptions& options);
 

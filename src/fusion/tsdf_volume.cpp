@@ -11,6 +11,7 @@
 #include "depth_fusion.h"
 #include "ttsdf_localization/fusion/tsdf_volume_grids.h"
 #include "ttsdf_localization/geometry/local_origin.h"
+#include "ttsdf_localization/sensor/sensor_model.h"
 
 namespace ttsdf {
 
@@ -80,6 +81,8 @@ const OptionTable<FusionOptions>& fusionOptionTable() {
              "Cap of a voxel's weight (1: one frame head on within 1 m); later frames then count as a moving "
              "average.")
         .add("carve", &O::carve, "Mark what rays crossed as free and remove what stood there before.")
+        .add("sensor", &O::sensor, sensorNames(),
+             "How readings are weighed over range, at edges and at grazing angles.")
         .add("threads", &O::threads, 1, 256, "", "Threads of a fusion step.");
     return t;
   }();

@@ -94,6 +94,7 @@ BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, cons
   const Stopwatch encoding;
   const FieldError before = slabs.compare(map.train);
   BuildReport& report = built.report;
+  report.agreement = field.agreement;
   report.rank1 = map.train.rank1();
   report.rank2 = map.train.rank2();
   report.encoding = options.encoding;
@@ -173,7 +174,6 @@ BuiltMap buildMap(const TsdfVolume& volume, const BuildOptions& options, const B
   BuiltMap built = compress(field, volume.options(), options, progress);
   built.report.seconds["distance_field"] = seconds;
   built.report.frames = volume.frameCount();
-  built.report.agreement = agreement;
   return built;
 }
 

@@ -67,6 +67,8 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
   globalOptionTable().validate(options);
   RegistrationResult best;
   ScanBuffer scan;
+  scan.setSensor(sensorModel(registration.options().sensor),
+                 0.5 * registration.field().geometry().voxel_size);
   scan.assign(points, options.coarse_points);
   if (scan.size() < registration.options().min_points) {
     best.points = scan.size();

@@ -12,6 +12,7 @@
 #include "scales.h"
 #include "start_poses.h"
 #include "ttsdf_localization/field/long_range_field.h"
+#include "ttsdf_localization/sensor/sensor_model.h"
 #include "uncertainty.h"
 #include "verification.h"
 
@@ -71,6 +72,10 @@ class Registration::Impl {
       throw std::invalid_argument(
           "registration: got kernel_scale_end " + std::to_string(options_.kernel_scale_end) +
           " m, wanted at most kernel_scale_start (" + std::to_string(options_.kernel_scale_start) + " m)");
+    }
+    if (options_.method == "robust") {
+      // What a residual is off by beside the sensor's noise: the map shows half a voxel.
+      scan_.setSensor(sensorModel(options_.sensor), 0.5 * field_->geometry().voxel_size);
     }
     facing_ = options_.check_facing && options_.method == "robust" && hasInside(*field_);
     const bool wanted = options_.long_range && options_.method == "robust";
@@ -431,7 +436,7 @@ class Registration::Impl {
     shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());
     return shift * about_centroid * shift.transpose();
   }
-  /// With the prior, about the sensor's position.
+  /// With the prior and the errors of the map, about the sensor's position.
   Matrix6d posteriorCovariance(const StageResult& stage, const Verification& verification) const {
     Matrix6d measured = measuredCovariance(stage);
     const InformationAnalysis info = analyseInformation(stage.equations, scan_.radius());
@@ -446,7 +451,8 @@ class Registration::Impl {
       measured += sigma * sigma * along * along.transpose();
     }
     const Matrix6d posterior = (measured.inverse() + prior_.information).inverse();
-    return 0.5 * (posterior + posterior.transpose());
+    return withMapErrors(field_->agreement(), measured, posterior,
+                         stage.T_map_sensor.linear() * scan_.centroid());
   }
 
   static constexpr int kCoarsePoints = 400;  // of the far field's descent

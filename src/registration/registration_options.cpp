@@ -1,4 +1,5 @@
 #include "ttsdf_localization/registration/registration.h"
+#include "ttsdf_localization/sensor/sensor_model.h"
 
 namespace ttsdf {
 
@@ -49,6 +50,8 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
           .add("restarts", &O::restarts, 0, 1000, "",
                "Further starts around the prior when the first ones explain the scan badly")
           .add("restart_score", &O::restart_score, 0.0, 1.0, "", "A score above this explains the scan badly")
+          .add("sensor", &O::sensor, sensorNames(),
+               "How points are weighed over range (method robust; the paper's weighs all alike)")
           .add("min_points", &O::min_points, 6, 100000, "", "Fewer usable points are refused")
           .add("max_points", &O::max_points, 6, 10000000, "", "More points are sub-sampled evenly");
   return table;

@@ -10,13 +10,6 @@ namespace {
 constexpr int kLevels = 8;                                 // finest sub-sample: every 8th point
 constexpr int kPhase[kLevels] = {0, 4, 2, 6, 1, 5, 3, 7};  // bit-reversed: prefixes stay even
 constexpr float kFarthest = 1e4f;                          // [m]; beyond is a sensor fault, not a point
-constexpr float kNoiseRange = 4.0f;  // [m] where depth noise is twice that of near points
-
-/// 1 / variance of a standard deviation that grows with the square of the range.
-float rangeWeight(float squared_range) {
-  const float sigma = 1.0f + squared_range / (kNoiseRange * kNoiseRange);
-  return 1.0f / (sigma * sigma);
-}
 }  // namespace
 
 void ScanBuffer::assign(const Eigen::Matrix3Xf& points, int max_points) {
@@ -46,13 +39,14 @@ void ScanBuffer::take(const Eigen::Matrix3Xf& points) {
   for (std::size_t n = 0; n < order_.size(); ++n) {
     const Eigen::Vector3d p = points.col(order_[n]).cast<double>() - centroid_;
     x_[n] = static_cast<float>(p.x()), y_[n] = static_cast<float>(p.y()), z_[n] = static_cast<float>(p.z());
-    weight_[n] = rangeWeight(points.col(order_[n]).squaredNorm());
+    weight_[n] = static_cast<float>(sensor_.weight(points.col(order_[n]).cast<double>().norm(), floor_));
     sum += p.squaredNorm();
   }
   radius_ = order_.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(order_.size()));
 }
 
 void ScanBuffer::assign(const ScanBuffer& scan, int wanted) {
+  sensor_ = scan.sensor_, floor_ = scan.floor_;
   const int count = scan.prefix(wanted);
   Eigen::Matrix3Xf points(3, count);
   const Eigen::Vector3f c = scan.centroid().cast<float>();

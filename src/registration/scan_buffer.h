@@ -7,10 +7,16 @@
 #include <cmath>
 #include <vector>
 
+#include "ttsdf_localization/sensor/sensor_model.h"
+
 namespace ttsdf {
 
 class ScanBuffer {
  public:
+  /// Points are weighed by the sensor's noise at their range, beside `floor` that everything else is off by [m],
+  /// from the next assign on. Without a call all count alike.
+  void setSensor(const SensorModel& sensor, double floor) { sensor_ = sensor, floor_ = floor; }
+
   /// Takes at most `max_points` of the finite columns of `points` (3 x n, sensor frame), evenly by stride.
   void assign(const Eigen::Matrix3Xf& points, int max_points);
 
@@ -21,7 +27,7 @@ class ScanBuffer {
   const float* x() const { return x_.data(); }
   const float* y() const { return y_.data(); }
   const float* z() const { return z_.data(); }
-  /// Trust in (0, 1] by range: depth noise and distortion grow with its square.
+  /// Trust in (0, 1] by range, as the sensor's model says.
   const float* weight() const { return weight_.data(); }
   /// Sensor frame [m]; point n is centroid + (x[n], y[n], z[n]).
   const Eigen::Vector3d& centroid() const { return centroid_; }
@@ -37,6 +43,8 @@ class ScanBuffer {
  private:
   void take(const Eigen::Matrix3Xf& points);  // the columns order_ lists
 
+  SensorModel sensor_;
+  double floor_ = 1.0;
   std::vector<float> x_, y_, z_, weight_;
   std::vector<int> finite_, order_;
   Eigen::Vector3d centroid_ = Eigen::Vector3d::Zero();

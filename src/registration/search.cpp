@@ -29,6 +29,8 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
   const auto begin = std::chrono::steady_clock::now();
   searchOptionTable().validate(options);
   ScanBuffer scan;
+  scan.setSensor(sensorModel(registration.options().sensor),
+                 0.5 * registration.field().geometry().voxel_size);
   scan.assign(points, options.coarse_points);
   if (scan.size() < 6 || !T_map_sensor_prior.matrix().allFinite())
     return registration.align(points, T_map_sensor_prior);

@@ -168,8 +168,7 @@ Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
     if (info.share[d] < known_from) scaled(d, d) = weak_sigma * weak_sigma;
   }
   const Matrix6d back = s.asDiagonal() * info.directions;
-  return back * scaled * back.transpose() +
-         mapCovariance(field.agreement(), T_map_sensor.linear() * scan.centroid());
+  return back * scaled * back.transpose();
 }
 
 }  // namespace ttsdf

@@ -13,8 +13,8 @@ struct Preset {
 };
 
 const Preset kPresets[] = {
-    {"kinect", {0.0005, 0.0, 0.001425, 0.14, true}}, {"realsense_d435", {0.001, 0.0, 0.0025, 0.2, true}},
-    {"orbbec", {0.001, 0.0, 0.002, 0.17, true}},     {"time_of_flight", {0.003, 0.0015, 0.0, 0.14, true}},
+    {"kinect", {0.0005, 0.0, 0.001425, 0.17, true}}, {"realsense_d435", {0.001, 0.0, 0.0025, 0.2, true}},
+    {"orbbec", {0.001, 0.0, 0.002, 0.17, true}},     {"time_of_flight", {0.003, 0.0015, 0.0, 0.17, true}},
     {"lidar", {0.015, 0.0002, 0.0, 0.05, false}},    {"exact", {}},
 };
 

@@ -104,9 +104,11 @@ Json::Value differences(const ttsdf::BuildSource& source) {
     entry["overlap"] = d.overlap;
     if (d.outcome == ttsdf::FrameDifference::Outcome::kCompared) {
       entry["position_m"] = d.translation(), entry["rotation_rad"] = d.rotation();
-      for (int k = 0; k < 6; ++k) entry["step"].append(d.step[k]);
-      for (int k = 0; k < 36; ++k) entry["cov"].append(d.covariance(k / 6, k % 6));
-      for (int k = 0; k < 3; ++k) entry["centroid"].append(d.centroid[k]);
+      // For studies: from the recorded pose to the registered one, and what the scan says of it (sensor's
+      // axes).
+      for (int n = 0; n < 6; ++n) entry["step"].append(d.step[n]);
+      for (int n = 0; n < 36; ++n) entry["covariance"].append(d.covariance(n / 6, n % 6));
+      for (int n = 0; n < 3; ++n) entry["centroid"].append(d.centroid[n]);
     }
     list.append(entry);
   }

@@ -51,6 +51,7 @@ Json::Value describe(const ttsdf::FrameAgreement& agreement) {
   root["position_90_m"] = agreement.position_90;
   root["rotation_median_rad"] = agreement.rotation_median;
   root["rotation_90_rad"] = agreement.rotation_90;
+  root["widening"] = agreement.widening;
   root["shift_sigma_m"] = agreement.shift;
   root["turn_sensor_sigma_rad"] = agreement.turn_sensor;
   root["turn_scene_sigma_rad"] = agreement.turn_scene;

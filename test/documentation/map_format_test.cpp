@@ -60,7 +60,7 @@ class MapFormatPage : public ::testing::Test {
     const FrameAgreement& a = map.agreement;
     out << "agreement " << a.compared << ' ' << a.contradicting << ' ' << a.without_overlap << ' '
         << a.position_median << ' ' << a.position_90 << ' ' << a.rotation_median << ' ' << a.rotation_90
-        << ' ' << a.shift << ' ' << a.turn_sensor << ' ' << a.turn_scene << '\n';
+        << ' ' << a.widening << ' ' << a.shift << ' ' << a.turn_sensor << ' ' << a.turn_scene << '\n';
     for (const auto& [key, value] : map.metadata) out << "metadata " << key << '=' << value << '\n';
     std::mt19937 random(5);
     for (int n = 0; n < 300; ++n) {
@@ -205,7 +205,8 @@ TEST_F(MapFormatPage, NamesWhatIsRefusedInTheSections) {
   changed("text_size", plain, "META", 0, std::uint32_t{(16u << 20) + 1});
   changed("text", plain, "META", 0, std::uint32_t{5});
   changed("frames", plain, "AGRE", 4, std::uint32_t{(1u << 30) + 1});
-  changed("shift", plain, "AGRE", 44, -0.1);
+  changed("widening", plain, "AGRE", 44, 0.9);
+  changed("shift", plain, "AGRE", 52, -0.1);
   changed("cell", plain, "MASK", 0, std::uint32_t{0});
   changed("bucket", plain, "MASK", 4, std::uint32_t{77});
   changed("encoding", plain, "CORE", 0, std::uint8_t{4});

@@ -138,13 +138,13 @@ def read_field(payload):
 
 
 def read_agreement(payload):
-    """Three numbers of frames, then seven sizes."""
+    """Three numbers of frames, then eight sizes."""
     cursor = Cursor(payload)
     counts = cursor.numbers("3I")
     require(max(counts) <= MAX_FRAMES, "frames")
-    sizes = cursor.numbers("7d")
+    sizes = cursor.numbers("8d")
     cursor.end()
-    require(all(np.isfinite(size) and size >= 0.0 for size in sizes), "sizes")
+    require(all(np.isfinite(size) and size >= 0.0 for size in sizes) and sizes[4] >= 1.0, "sizes")
     return [*counts, *sizes]
 
 

@@ -263,18 +263,25 @@ TEST(DepthFusion, ReadingsOutOfRangeAddNoSurface) {
   EXPECT_EQ(untouched.grids().free->activeVoxelCount(), 0U);
 }
 
-TEST(DepthFusion, WeightFallsWithRangeAndIncidence) {
-  const auto weightOfPlane = [](double range, double incidence) {
+TEST(DepthFusion, WeightsFollowTheSensorsNoiseAndTheIncidence) {
+  const auto weightOfPlane = [](double range, double incidence, const std::string& sensor = "kinect") {
     const Eigen::Vector3d eye(0.0, -range * std::sin(incidence), range * std::cos(incidence));
-    TsdfVolume volume;
+    FusionOptions options;
+    options.sensor = sensor;
+    TsdfVolume volume(options);
     const auto pose = lookAt(eye, Eigen::Vector3d::Zero());
     volume.integrate(render(Scene().plane({0, 0, 1}, 0.0), camera(), pose), camera(), pose);
     return static_cast<double>(VoxelReader(volume.grids()).weight({0, 0, 0}));
   };
-  EXPECT_NEAR(weightOfPlane(1.0, 0.0), 1.0, 1e-3);
-  EXPECT_NEAR(weightOfPlane(2.0, 0.0), 0.25, 1e-3);
-  EXPECT_NEAR(weightOfPlane(1.0, M_PI / 3), 0.5, 1e-2);
+  // A quarter of a voxel of 2 cm beside 1.9 and 6.2 mm of a Kinect's noise.
+  const auto wanted = [](double sigma) { return 25e-6 / (25e-6 + sigma * sigma); };
+  EXPECT_NEAR(weightOfPlane(1.0, 0.0), wanted(0.001925), 1e-3);
+  EXPECT_NEAR(weightOfPlane(2.0, 0.0), wanted(0.0062), 1e-3);
+  EXPECT_NEAR(weightOfPlane(1.0, M_PI / 3), 0.5 * wanted(0.001925), 1e-2);
   EXPECT_EQ(weightOfPlane(1.0, 85.0 * M_PI / 180.0), 0.0);
+  EXPECT_NEAR(weightOfPlane(1.0, 0.0, "exact"), 1.0, 1e-3);
+  EXPECT_NEAR(weightOfPlane(3.0, 0.0, "exact"), 1.0, 1e-3);
+  EXPECT_GT(weightOfPlane(3.0, 0.0, "lidar") / weightOfPlane(1.0, 0.0, "lidar"), 0.9);
 }
 
 TEST(DepthFusion, FlyingPixelsBetweenForegroundAndBackgroundAreDropped) {

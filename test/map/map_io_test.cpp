@@ -36,6 +36,7 @@ void expectSameFrame(const TtSdfMap& got, const TtSdfMap& wanted) {
   EXPECT_EQ(got.agreement.position_90, wanted.agreement.position_90);
   EXPECT_EQ(got.agreement.rotation_median, wanted.agreement.rotation_median);
   EXPECT_EQ(got.agreement.rotation_90, wanted.agreement.rotation_90);
+  EXPECT_EQ(got.agreement.widening, wanted.agreement.widening);
   EXPECT_EQ(got.agreement.shift, wanted.agreement.shift);
   EXPECT_EQ(got.agreement.turn_sensor, wanted.agreement.turn_sensor);
   EXPECT_EQ(got.agreement.turn_scene, wanted.agreement.turn_scene);

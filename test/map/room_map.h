@@ -59,7 +59,8 @@ inline TtSdfMap roomMap(const Dims& dims = Dims(30, 21, 25), int rank = 8) {
   map.agreement.compared = 40, map.agreement.contradicting = 1, map.agreement.without_overlap = 2;
   map.agreement.position_median = 0.011, map.agreement.position_90 = 0.023;
   map.agreement.rotation_median = 0.006, map.agreement.rotation_90 = 0.013;
-  map.agreement.shift = 0.007, map.agreement.turn_sensor = 0.004, map.agreement.turn_scene = 0.002;
+  map.agreement.widening = 1.5, map.agreement.shift = 0.007, map.agreement.turn_sensor = 0.004,
+  map.agreement.turn_scene = 0.002;
   map.metadata = {{"builder", "a test"},
                   {"ort",
                    "K\xC3\xBC"

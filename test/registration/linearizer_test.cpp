@@ -65,9 +65,17 @@ double loss(double r, const ResidualModel& model) {
   return model.robust ? r * r / (r * r + model.scale * model.scale) : r * r;
 }
 
-/// Trust in a point of the sensor frame: 1 / variance of noise that grows with the square of the range,
-/// doubled at 4 m.
-double trust(const Eigen::Vector3d& p) { return 1.0 / std::pow(1.0 + p.squaredNorm() / 16.0, 2); }
+/// Trust in a point of the sensor frame: a Kinect, where everything else is off by 1 cm.
+double trust(const Eigen::Vector3d& p) {
+  const double sigma = 0.0005 + 0.001425 * p.squaredNorm();
+  return 1e-4 / (1e-4 + sigma * sigma);
+}
+
+ScanBuffer kinectScan() {
+  ScanBuffer scan;
+  scan.setSensor(sensorModel("kinect"), 0.01);
+  return scan;
+}
 
 /// Cost of the valid points in double, with the states of the unperturbed pose.
 double cost(const Eigen::Matrix3Xf& points, const Eigen::Isometry3d& T, const ResidualModel& model) {
@@ -96,7 +104,7 @@ Vector6d numericRow(const Eigen::Vector3d& p, const Eigen::Vector3d& centroid) {
 TEST(Linearizer, JacobianEqualsNumericDifferentiation) {
   // With plain least squares on three points (one would sit on its own centroid), H is the sum of J J^T.
   const Eigen::Matrix3Xf points = scanPoints(3);
-  ScanBuffer scan;
+  ScanBuffer scan = kinectScan();
   scan.assign(points, 10);
   const NormalEquations e = linearize(AnalyticField(), scan, 3, kPose, plain());
   Matrix6d H = Matrix6d::Zero();
@@ -113,7 +121,7 @@ TEST(Linearizer, JacobianEqualsNumericDifferentiation) {
 
 TEST(Linearizer, GradientIsTheDerivativeOfTheCost) {
   const Eigen::Matrix3Xf points = scanPoints(1000);
-  ScanBuffer scan;
+  ScanBuffer scan = kinectScan();
   scan.assign(points, 1000);
   ResidualModel robust = plain();
   robust.robust = true;
@@ -136,7 +144,7 @@ TEST(Linearizer, GradientIsTheDerivativeOfTheCost) {
 
 TEST(Linearizer, SumsEqualBruteForceInDouble) {
   const Eigen::Matrix3Xf points = scanPoints(777, 1.5f);
-  ScanBuffer scan;
+  ScanBuffer scan = kinectScan();
   scan.assign(points, 1000);
   ResidualModel model;
   model.scale = 0.15;
@@ -181,7 +189,7 @@ TEST(Linearizer, LimitsGradientsToUnitLength) {
   // A field of slope 3: where limited, a point tells no more than one in an exact distance field.
   GridGeometry geometry = test::roomGeometry();
   const auto steep = test::denseField([](const Eigen::Vector3d& p) { return 3.0 * p.x(); }, geometry);
-  ScanBuffer scan;
+  ScanBuffer scan = kinectScan();
   scan.assign(Eigen::Matrix3Xf::Random(3, 50).cwiseAbs(), 100);
   ResidualModel model = plain();
   const double free = linearize(*steep, scan, 50, Eigen::Isometry3d::Identity(), model).H(3, 3);
@@ -195,7 +203,7 @@ TEST(Linearizer, LimitsGradientsToUnitLength) {
 
 TEST(Linearizer, UsesThePrefixThatItIsGiven) {
   const Eigen::Matrix3Xf points = scanPoints(600);
-  ScanBuffer scan;
+  ScanBuffer scan = kinectScan();
   scan.assign(points, 1000);
   for (const int count : {0, 1, 15, 16, 17, 255, 256, 257, 600}) {
     EXPECT_EQ(linearize(AnalyticField(), scan, count, kPose, plain()).points(), count);
@@ -203,7 +211,7 @@ TEST(Linearizer, UsesThePrefixThatItIsGiven) {
 }
 
 TEST(Linearizer, RepeatsItselfToTheBit) {
-  ScanBuffer scan;
+  ScanBuffer scan = kinectScan();
   scan.assign(scanPoints(1000), 1000);
   const NormalEquations a = linearize(AnalyticField(), scan, 1000, kPose, {}),
                         b = linearize(AnalyticField(), scan, 1000, kPose, {});
@@ -215,7 +223,7 @@ TEST(Linearizer, RepeatsItselfToTheBit) {
 TEST(Linearizer, SpreadIsTheScaledMedianOfTheResidualsThatSaySomething) {
   const AnalyticField field;
   const Eigen::Matrix3Xf all = scanPoints(901);
-  ScanBuffer scan;
+  ScanBuffer scan = kinectScan();
   scan.assign(all, 1000);
   std::vector<double> sizes;
   for (Eigen::Index n = 0; n < all.cols(); ++n) {
@@ -261,7 +269,7 @@ TEST(Linearizer, PointsBehindSurfacesCountAsIfTheyWereNotThere) {
   const Eigen::Matrix3Xf all = scanPoints(900);
   ResidualModel model;
   model.check_facing = true;
-  ScanBuffer scan;
+  ScanBuffer scan = kinectScan();
   scan.assign(all, 1000);
   const NormalEquations e = linearize(field, scan, scan.size(), kPose, model);
 

@@ -14,8 +14,11 @@ struct FrameAgreement {
   /// Distance between recorded and registered pose of half and of nine tenths of them.
   double position_median = 0.0, position_90 = 0.0;  ///< [m]
   double rotation_median = 0.0, rotation_90 = 0.0;  ///< [rad]
-  /// What a scan's own residuals cannot know, as independent errors of equal size along all axes (standard
-  /// deviations): a shift, a turn about the sensor, a turn about the middle of what it sees.
+  /// What a scan's own residuals do not show. The surfaces of such a map are off in ways that the pose takes
+  /// up: the standard deviations that a scan tells are this much too small.
+  double widening = 1.0;
+  /// Beside that, errors of equal size along all axes (standard deviations): a shift, a turn about the
+  /// sensor, a turn about the middle of what it sees.
   double shift = 0.0;        ///< [m]
   double turn_sensor = 0.0;  ///< [rad]
   double turn_scene = 0.0;   ///< [rad]
@@ -23,11 +26,15 @@ struct FrameAgreement {
   bool known() const { return compared > 0; }
 };
 
-/// Throws std::invalid_argument for negative counts or numbers that are negative or not finite.
+/// Throws std::invalid_argument for negative counts, a widening below 1, or numbers that are negative or not
+/// finite.
 void check(const FrameAgreement& agreement);
 
-/// Covariance of these errors as twists [rotation; translation] about the middle of what the sensor sees.
-/// `lever`: from the sensor to there, in the axes of the twist [m]. Zero if nothing is known.
-Matrix6d mapCovariance(const FrameAgreement& agreement, const Eigen::Vector3d& lever);
+/// Adds to the covariance of a pose what the map's errors do to it: twists [rotation; translation] about the
+/// sensor's position. `scan`: what the scan alone tells (positive definite); `posterior`: of the pose, which
+/// a prior may have made surer than that; the errors of the scan's surfaces count by the scan's share in it.
+/// `lever`: from the sensor to the middle of what it sees, in the axes of the twist [m].
+Matrix6d withMapErrors(const FrameAgreement& agreement, const Matrix6d& scan, const Matrix6d& posterior,
+                       const Eigen::Vector3d& lever);
 
 }  // namespace ttsdf

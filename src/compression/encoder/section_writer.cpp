@@ -79,8 +79,8 @@ void writeAgreement(const FrameAgreement& a, ByteWriter& out) {
   for (const int count : {a.compared, a.contradicting, a.without_overlap}) {
     out.u32(static_cast<std::uint32_t>(count));
   }
-  for (const double size : {a.position_median, a.position_90, a.rotation_median, a.rotation_90, a.shift,
-                            a.turn_sensor, a.turn_scene}) {
+  for (const double size : {a.position_median, a.position_90, a.rotation_median, a.rotation_90, a.widening,
+                            a.shift, a.turn_sensor, a.turn_scene}) {
     out.f64(size);
   }
 }

@@ -97,8 +97,8 @@ FrameAgreement readAgreement(ByteReader& in) {
     }
     *count = static_cast<int>(frames);
   }
-  for (double* size : {&a.position_median, &a.position_90, &a.rotation_median, &a.rotation_90, &a.shift,
-                       &a.turn_sensor, &a.turn_scene}) {
+  for (double* size : {&a.position_median, &a.position_90, &a.rotation_median, &a.rotation_90, &a.widening,
+                       &a.shift, &a.turn_sensor, &a.turn_scene}) {
     *size = in.f64();
   }
   in.expectEnd();

@@ -148,6 +148,7 @@ BuiltMap MapBuilderRos::buildFromFused(const BuildOptions& options, const BuildP
     }
     source = sampleVolume(volume, options, progress);
   });
+  source.field.agreement = fuser_->agreement();
   return compressed(std::move(source), options, progress);
 }
 

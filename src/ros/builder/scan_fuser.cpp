@@ -23,7 +23,10 @@ const OptionTable<ScanFuserOptions>& scanFuserOptionTable() {
 
 ScanFuser::ScanFuser(const FusionOptions& fusion, const ScanFuserOptions& options,
                      std::optional<TsdfVolume> before)
-    : fusion_(fusion), options_(options), volume_(before ? std::move(*before) : TsdfVolume(fusion)) {
+    : fusion_(fusion),
+      options_(options),
+      volume_(before ? std::move(*before) : TsdfVolume(fusion)),
+      comparison_(fusion) {
   scanFuserOptionTable().validate(options);
   counts_.volume_bytes = volume_.memoryBytes();
   thread_ = std::thread(&ScanFuser::run, this);
@@ -68,9 +71,15 @@ void ScanFuser::withVolume(const std::function<void(const TsdfVolume&)>& use) {
   use(volume_);
 }
 
+FrameAgreement ScanFuser::agreement() {
+  const std::lock_guard<std::mutex> lock(volume_mutex_);
+  return summarize(comparison_.compare());
+}
+
 void ScanFuser::reset() {
   const std::lock_guard<std::mutex> volume_lock(volume_mutex_);
   volume_ = TsdfVolume(fusion_);
+  comparison_ = FrameComparison(fusion_);
   const std::lock_guard<std::mutex> lock(queue_mutex_);
   done_ += queue_.size();
   queue_.clear();
@@ -124,8 +133,10 @@ void ScanFuser::fuse(const Scan& scan) {
         pinholeFromCloud(points, static_cast<int>(scan.cloud->width), static_cast<int>(scan.cloud->height));
     if (pinhole) {
       volume_.integrate(pinhole->first, pinhole->second, scan.T_map_sensor);
+      comparison_.add(pinhole->first, pinhole->second, scan.T_map_sensor);
     } else {
       volume_.integrate(points, scan.T_map_sensor);
+      comparison_.add(points, scan.T_map_sensor);
     }
   } catch (const std::exception& e) {
     error = e.what();

@@ -14,6 +14,7 @@
 #include <string>
 #include <thread>
 
+#include "ttsdf_localization/agreement/frame_comparison.h"
 #include "ttsdf_localization/fusion/tsdf_volume.h"
 
 namespace ttsdf {
@@ -49,6 +50,8 @@ class ScanFuser {
   bool flush(const std::function<bool()>& cancelled);
   /// Gives the volume to `use` while fusion pauses; clouds queue up meanwhile.
   void withVolume(const std::function<void(const TsdfVolume&)>& use);
+  /// How far the clouds fused so far agree with each other. Fusion pauses meanwhile.
+  FrameAgreement agreement();
   /// An empty volume, an empty queue, counts of 0. Waits for the cloud in work and for withVolume.
   void reset();
   Counts counts() const;
@@ -65,8 +68,9 @@ class ScanFuser {
   const FusionOptions fusion_;
   const ScanFuserOptions options_;
 
-  std::mutex volume_mutex_;  ///< taken before queue_mutex_ where both are needed
+  std::mutex volume_mutex_;  ///< of volume_ and comparison_; taken before queue_mutex_ where both are needed
   TsdfVolume volume_;
+  FrameComparison comparison_;
 
   mutable std::mutex queue_mutex_;
   std::condition_variable arrived_, handled_;
