@@ -54,7 +54,7 @@ void trainField(benchmark::State& state, Interpolation interpolation) {
   for (auto _ : state) batch.evaluate(*field);
   batch.report(state);
   state.counters["cache_bytes"] =
-      static_cast<double>(static_cast<const ttsdf::TtDistanceField&>(*field).cacheBytes());
+      static_cast<double>(static_cast<const ttsdf::TtDistanceField&>(*field).memoryBytes());
 }
 BENCHMARK_CAPTURE(trainField, trilinear, Interpolation::kTrilinear)
     ->Arg(10)

@@ -2,9 +2,9 @@
 #include <benchmark/benchmark.h>
 
 #include "benchmark_world.h"
+#include "ttsdf_localization/compression/map_writer.h"
 #include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/fusion/tsdf_volume.h"
-#include "ttsdf_localization/map/map_io.h"
 
 namespace {
 

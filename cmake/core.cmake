@@ -2,8 +2,12 @@
 find_package(ZLIB REQUIRED)
 ttsdf_find_library(LZMA_LIBRARY lzma)
 
+# Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
+set_source_files_properties(src/registration/residual_kernels.cpp src/field/grid_locator.cpp PROPERTIES
+  COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 ttsdf_library(ttsdf_core
   SOURCES
+    src/files/file_writer.cpp
     src/options/option_table.cpp
     src/map/tt_sdf_map.cpp
     src/map/format/byte_io.cpp
@@ -12,12 +16,10 @@ ttsdf_library(ttsdf_core
     src/map/format/map_sections.cpp
     src/map/format/map_container.cpp
     src/map/codec/cosine_transform.cpp
-    src/map/codec/train_gauge.cpp
     src/map/codec/magnitude_tables.cpp
     src/map/codec/coefficient_coder.cpp
+    src/map/codec/bit_model.cpp
     src/map/codec/quantized_cores.cpp
-    src/map/codec/live_components.cpp
-    src/map/codec/core_quantizer.cpp
     src/map/format/encoding.cpp
     src/map/map_io.cpp
     src/map/map_file.cpp
@@ -26,14 +28,18 @@ ttsdf_library(ttsdf_core
     src/tensor/tensor_train.cpp
     src/tensor/gemm.cpp
     src/field/support_mask.cpp
+    src/field/frame_agreement.cpp
     src/field/grid_geometry.cpp
     src/field/distance_field.cpp
-    src/field/grid_field.cpp
+    src/field/grid_locator.cpp
     src/field/dense_distance_field.cpp
-    src/field/column_kernels.cpp
-    src/field/block_cache.cpp
-    src/field/brick_decoder.cpp
+    src/field/quantized_bricks.cpp
+    src/field/stored_cores.cpp
+    src/field/column_cache.cpp
+    src/field/surface_bricks.cpp
+    src/field/nearest_feet.cpp
     src/field/tt_distance_field.cpp
+    src/field/derivative_core_field.cpp
     src/field/long_range_field.cpp
     src/registration/scan_buffer.cpp
     src/registration/linearizer.cpp
@@ -58,12 +64,14 @@ ttsdf_library(ttsdf_core
     src/localization/global_job.cpp
     src/localization/localizer.cpp
     src/localization/localizer_recovery.cpp
+    src/localization/localizer_silence.cpp
     src/localization/localizer_tracking.cpp
   PUBLIC Eigen3::Eigen
   PRIVATE ZLIB::ZLIB Threads::Threads ${LZMA_LIBRARY})
-# Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
-set_source_files_properties(src/registration/residual_kernels.cpp src/field/grid_field.cpp PROPERTIES
-  COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math;-Wno-psabi")
+
+ttsdf_unit_test(files/file_writer_test.cpp LIBS ttsdf_core)
+# A map seen from above, for planners: so little that the map server can offer it.
+ttsdf_library(ttsdf_occupancy SOURCES src/exports/occupancy.cpp PUBLIC ttsdf_core)
 
 ttsdf_unit_test(localization/pose_covariance_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/motion_model_test.cpp LIBS ttsdf_core)

@@ -4,6 +4,13 @@ if(TARGET architecture_layers_test)
   target_compile_definitions(architecture_layers_test PRIVATE TTSDF_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
 endif()
 
+ttsdf_unit_test(architecture/core_symbols_test.cpp)
+if(TARGET architecture_core_symbols_test)
+  target_compile_definitions(architecture_core_symbols_test PRIVATE TTSDF_NM="${CMAKE_NM}"
+    TTSDF_CORE_LIBRARY="$<TARGET_FILE:ttsdf_core>" TTSDF_COMPRESSION_LIBRARY="$<TARGET_FILE:ttsdf_compression>")
+  add_dependencies(architecture_core_symbols_test ttsdf_core ttsdf_compression)
+endif()
+
 if(PYTHON_EXECUTABLE)
   set(TTSDF_PYTHON "${PYTHON_EXECUTABLE}")
 else()
@@ -15,6 +22,14 @@ ttsdf_unit_test(documentation/map_format_test.cpp LIBS ttsdf_compression ZLIB::Z
 if(TARGET documentation_map_format_test)
   target_compile_definitions(documentation_map_format_test PRIVATE
     TTSDF_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}" TTSDF_PYTHON="${TTSDF_PYTHON}")
+endif()
+
+if(TTSDF_BUILD_TESTS)
+  # The figures of doc/results and README are of today's code, and the commands of the pages for beginners work.
+  add_test(NAME results_current_test COMMAND "${TTSDF_PYTHON}" -B "${CMAKE_CURRENT_SOURCE_DIR}/test/documentation/results_current_test.py")
+  add_test(NAME documentation_commands_test COMMAND "${TTSDF_PYTHON}" -B
+    "${CMAKE_CURRENT_SOURCE_DIR}/test/documentation/commands_test.py" "$<TARGET_FILE_DIR:ttsdf_build>")
+  set_tests_properties(documentation_commands_test PROPERTIES TIMEOUT 600)
 endif()
 
 if(TTSDF_BUILD_ROS)

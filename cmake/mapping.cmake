@@ -17,7 +17,10 @@ ttsdf_library(ttsdf_mapping
     # depth in: images, folders, clouds -> volume
     src/frames/depth_image.cpp
     src/frames/depth_image_io.cpp
+    src/frames/frame_check.cpp
     src/frames/frame_folder.cpp
+    src/frames/frame_layouts.cpp
+    src/frames/trajectory_file.cpp
     src/frames/pinhole.cpp
     src/fusion/surface_pixels.cpp
     src/fusion/depth_pyramid.cpp
@@ -26,9 +29,12 @@ ttsdf_library(ttsdf_mapping
     src/fusion/block_update.cpp
     src/fusion/depth_fusion.cpp
     src/fusion/cloud_fusion.cpp
+    src/fusion/cloud_normals.cpp
+    src/fusion/cloud_surface.cpp
     src/fusion/tsdf_volume.cpp
     src/fusion/vdb_import.cpp
     src/fusion/vdb_io.cpp
+    src/fusion/vdb_reader.cpp
     src/signed_field/ideal_volume.cpp
     # volume or mesh -> signed field
     src/surface/observed_grid.cpp
@@ -51,20 +57,27 @@ ttsdf_library(ttsdf_mapping
     src/signed_field/sampled_field_tiles.cpp
     src/signed_field/sampled_field_baselines.cpp
     src/mesh/mesh_io.cpp
+    src/mesh/scene_file.cpp
     src/mesh/mesh_sides.cpp
     src/mesh/mesh_sampling.cpp
     # signed field -> compressed map
     src/build_steps/build_options.cpp
+    src/build_steps/extent.cpp
     src/mapping/build_report.cpp
     src/mapping/field_slabs.cpp
+    # do frames agree with each other
+    src/agreement/volume_field.cpp
+    src/agreement/frame_comparison.cpp
+    src/agreement/agreement_summary.cpp
     src/mapping/compression.cpp
-  PUBLIC ttsdf_core ttsdf_compression
+  PUBLIC ttsdf_core ttsdf_compression ttsdf_readers
   PRIVATE OpenVDB::openvdb ${TTSDF_TBB_LIBRARY} ${TTSDF_ASSIMP_LIBRARY} ${VIGRAIMPEX_LIBRARY}
   INCLUDE ${VIGRA_INCLUDE_DIR})
 
 # depth in
 set(TTSDF_VDB_TEST_LIBS ttsdf_mapping OpenVDB::openvdb ${TTSDF_TBB_LIBRARY})
 ttsdf_unit_test(frames/frame_folder_test.cpp LIBS ttsdf_mapping ${VIGRAIMPEX_LIBRARY})
+ttsdf_unit_test(frames/frame_layouts_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(frames/pinhole_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(fusion/depth_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
 ttsdf_unit_test(fusion/block_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
@@ -82,6 +95,9 @@ ttsdf_unit_test(signed_field/sampled_field_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(signed_field/field_bricks_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(signed_field/sampled_tiles_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(mesh/mesh_sampling_test.cpp LIBS ttsdf_mapping)
+
+# agreement
+ttsdf_unit_test(agreement/frame_comparison_test.cpp LIBS ttsdf_mapping)
 
 # all of it
 ttsdf_unit_test(mapping/compression_test.cpp LIBS ttsdf_mapping)

@@ -11,6 +11,8 @@ function(ttsdf_ros_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   ttsdf_library(${name} SOURCES ${ARG_SOURCES} PUBLIC ${ARG_LIBS} ${catkin_LIBRARIES}
     INCLUDE ${CATKIN_DEVEL_PREFIX}/include ${catkin_INCLUDE_DIRS})
+  # Headers of the nodes stand beside their sources and are not installed.
+  target_include_directories(${name} PUBLIC "$<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/src>")
   add_dependencies(${name} ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
 endfunction()
 
@@ -48,42 +50,48 @@ function(ttsdf_ros_test_program target source)
 endfunction()
 
 # ---- messages, headers, what is no target ----------------------------------------------------------------------------
-install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
+install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION} COMPONENT tools)
 install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(PROGRAMS scripts/frames_from scripts/frames_to_bag scripts/frames_to_batch scripts/evaluate_trajectory scripts/plot_map
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(FILES scripts/poses.py scripts/depth_frames.py DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 
+find_package(PNG REQUIRED)
+
 # ---- localization (core + ros) ---------------------------------------------------------------------------------------
 ttsdf_ros_library(ttsdf_ros
   SOURCES
-    src/ros/conversions.cpp
-    src/ros/cloud_conversion.cpp
-    src/ros/parameters.cpp
-    src/ros/localization_options.cpp
-    src/ros/clock_watch.cpp
-    src/ros/cloud_input.cpp
-    src/ros/pose_input.cpp
-    src/ros/pose_store.cpp
-    src/ros/gravity_hint.cpp
-    src/ros/live_parameters.cpp
-    src/ros/map_source.cpp
-    src/ros/global_worker.cpp
-    src/ros/tf_output.cpp
-    src/ros/localization_output.cpp
-    src/ros/localization_diagnostics.cpp
-    src/ros/localization_ros.cpp
-    src/ros/localization_ros_watch.cpp
-    src/ros/localization_ros_pose.cpp
-    src/ros/localization_ros_global.cpp
-    src/ros/localization_ros_services.cpp
-  LIBS ttsdf_core)
+    src/ros/common/conversions.cpp
+    src/ros/common/cloud_conversion.cpp
+    src/ros/common/compressed_depth.cpp
+    src/ros/common/depth_conversion.cpp
+    src/ros/common/parameters.cpp
+    src/ros/common/localization_options.cpp
+    src/ros/common/clock_watch.cpp
+    src/ros/common/pose_input.cpp
+    src/ros/common/pose_saver.cpp
+    src/ros/common/pose_store.cpp
+    src/ros/common/gravity_hint.cpp
+    src/ros/common/map_source.cpp
+    src/ros/common/scan_queue.cpp
+    src/ros/common/scan_localizer.cpp
+    src/ros/node/live_parameters.cpp
+    src/ros/node/global_worker.cpp
+    src/ros/node/tf_output.cpp
+    src/ros/node/scan_input.cpp
+    src/ros/node/localization_output.cpp
+    src/ros/node/localization_diagnostics.cpp
+    src/ros/node/localization_pipeline.cpp
+    src/ros/node/localization_pipeline_global.cpp
+    src/ros/node/localization_ros.cpp
+    src/ros/node/localization_ros_services.cpp
+  LIBS ttsdf_core PNG::PNG)
 ttsdf_ros_library(ttsdf_localization_nodelet SOURCES src/nodes/localization_nodelet.cpp LIBS ttsdf_ros)
 ttsdf_node(localization_node SOURCES src/nodes/localization_node.cpp LIBS ttsdf_ros)
 
 ttsdf_unit_test(ros/cloud_conversion_test.cpp LIBS ttsdf_ros)
-ttsdf_unit_test(ros/conversions_test.cpp LIBS ttsdf_ros)
+ttsdf_unit_test(ros/conversions_test.cpp LIBS ttsdf_ros ttsdf_compression)
 ttsdf_unit_test(ros/clock_watch_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/pose_store_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/parameters_test.cpp LIBS ttsdf_ros yaml-cpp)
@@ -103,15 +111,15 @@ if(TARGET make_room_map)
   add_custom_target(test_maps DEPENDS "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf")
   add_dependencies(tests test_maps)
 endif()
-# The same behaviour is asked of the node and of the nodelet.
+# Every behaviour is asked of the nodelet; the node is a twin of few lines, and is asked one.
 foreach(behaviour
     localization no_odometry external_prior tf_output missing_transforms bad_clouds map_change initialpose time_jump lost
     quiet traps map_sources start_pose)
-  foreach(nodelet false true)
-    ttsdf_rostest(${behaviour}.test DEPENDS test_maps localization_node ttsdf_localization_nodelet
-      ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=${nodelet})
-  endforeach()
+  ttsdf_rostest(${behaviour}.test DEPENDS test_maps ttsdf_localization_nodelet
+    ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=true)
 endforeach()
+ttsdf_rostest(localization.test DEPENDS test_maps localization_node ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=false)
+ttsdf_rostest(faults.test DEPENDS test_maps ttsdf_localization_nodelet ARGS map_dir:=${TTSDF_TEST_MAPS})
 foreach(behaviour
     two_robots bad_parameters robot_example handheld_example)
   ttsdf_rostest(${behaviour}.test DEPENDS test_maps localization_node ttsdf_localization_nodelet
@@ -119,6 +127,8 @@ foreach(behaviour
 endforeach()
 
 ttsdf_unit_test(ros/newest_slot_test.cpp LIBS ttsdf_ros)
+ttsdf_unit_test(ros/scan_queue_test.cpp LIBS ttsdf_ros)
+ttsdf_unit_test(ros/depth_conversion_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/live_parameters_test.cpp LIBS ttsdf_ros)
 ttsdf_rostest(live_parameters.test SOURCE live_parameters_node_test.cpp LIBS ttsdf_ros
   DEPENDS test_maps ttsdf_localization_nodelet ARGS map_dir:=${TTSDF_TEST_MAPS})
@@ -126,8 +136,8 @@ ttsdf_rostest(live_parameters.test SOURCE live_parameters_node_test.cpp LIBS tts
 # ---- map server ------------------------------------------------------------------------------------------------------
 ttsdf_ros_library(ttsdf_map_server
   SOURCES
-    src/ros/map_publisher.cpp
-    src/ros/map_server_ros.cpp
+    src/ros/server/map_publisher.cpp
+    src/ros/server/map_server_ros.cpp
   LIBS ttsdf_ros)
 ttsdf_node(map_server_node SOURCES src/nodes/map_server_node.cpp LIBS ttsdf_map_server)
 
@@ -138,7 +148,7 @@ endif()
 
 # ---- operator's menu in rviz -------------------------------------------------------------------------------------------
 find_package(interactive_markers REQUIRED)
-ttsdf_ros_library(ttsdf_operator SOURCES src/ros/operator_menu.cpp LIBS ttsdf_ros ${interactive_markers_LIBRARIES})
+ttsdf_ros_library(ttsdf_operator SOURCES src/ros/operator/operator_menu.cpp LIBS ttsdf_ros ${interactive_markers_LIBRARIES})
 ttsdf_node(operator_menu_node SOURCES src/nodes/operator_menu_node.cpp LIBS ttsdf_operator)
 ttsdf_rostest(operator_menu.test DEPENDS test_maps ttsdf_localization_nodelet operator_menu_node
   ARGS map_dir:=${TTSDF_TEST_MAPS})

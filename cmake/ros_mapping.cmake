@@ -1,16 +1,16 @@
 # Layer 3, what needs map building or the tools: the map builder, its pictures in rviz, bags without a master.
 
 # ---- map building ------------------------------------------------------------------------------------------------------
-ttsdf_ros_library(ttsdf_map_visualization SOURCES src/ros/map_visualization.cpp LIBS ttsdf_ros ttsdf_mapping)
+ttsdf_ros_library(ttsdf_map_visualization SOURCES src/ros/operator/map_visualization.cpp LIBS ttsdf_ros ttsdf_mapping)
 
 ttsdf_ros_library(ttsdf_map_builder
   SOURCES
-    src/ros/map_build_request.cpp
-    src/ros/map_builder_options.cpp
-    src/ros/map_builder_ros.cpp
-    src/ros/posed_cloud_source.cpp
-    src/ros/scan_fuser.cpp
-    src/ros/scan_selector.cpp
+    src/ros/builder/map_build_request.cpp
+    src/ros/builder/map_builder_options.cpp
+    src/ros/builder/map_builder_ros.cpp
+    src/ros/builder/posed_cloud_source.cpp
+    src/ros/builder/scan_fuser.cpp
+    src/ros/common/scan_selector.cpp
   LIBS ttsdf_map_server ttsdf_map_visualization)
 ttsdf_ros_library(ttsdf_map_builder_nodelet SOURCES src/nodes/map_builder_nodelet.cpp LIBS ttsdf_map_builder)
 ttsdf_node(map_builder_node SOURCES src/nodes/map_builder_node.cpp LIBS ttsdf_map_builder)
@@ -26,22 +26,22 @@ ttsdf_rostest(bag_replay.test DEPENDS ttsdf_map_builder_nodelet ttsdf_localizati
 
 # ---- a bag without a master ------------------------------------------------------------------------------------------
 find_package(rosbag_storage REQUIRED)
-find_package(image_geometry REQUIRED)  # for depth_image_proc's conversion; not in the libraries of the robot
 ttsdf_library(ttsdf_offline
   SOURCES
-    src/ros/bag_localizer.cpp
-    src/ros/bag_player.cpp
-    src/ros/depth_to_cloud.cpp
-    src/ros/offline_report.cpp
-    src/ros/offline_run.cpp
-    src/ros/yaml_parameters.cpp
+    src/ros/offline/bag_localizer.cpp
+    src/ros/offline/bag_player.cpp
+    src/ros/offline/offline_report.cpp
+    src/ros/offline/offline_run.cpp
+    src/ros/common/yaml_parameters.cpp
   PUBLIC ttsdf_ros ${rosbag_storage_LIBRARIES}
-  PRIVATE ttsdf_tools ${image_geometry_LIBRARIES} ${YAML_CPP_LIBRARIES}
-  INCLUDE ${rosbag_storage_INCLUDE_DIRS} ${image_geometry_INCLUDE_DIRS})
+  PRIVATE ttsdf_tools ${YAML_CPP_LIBRARIES}
+  INCLUDE ${rosbag_storage_INCLUDE_DIRS})
 ttsdf_node(offline_localizer SOURCES src/nodes/offline_localizer.cpp LIBS ttsdf_offline ttsdf_tools)
+ttsdf_rostest(live_offline.test DEPENDS test_maps ttsdf_localization_nodelet offline_localizer
+  ARGS map_dir:=${TTSDF_TEST_MAPS})
 
 # ---- map surface in rviz -----------------------------------------------------------------------------------------------
-ttsdf_ros_library(ttsdf_map_surface SOURCES src/ros/map_surface.cpp LIBS ttsdf_map_visualization)
+ttsdf_ros_library(ttsdf_map_surface SOURCES src/ros/operator/map_surface.cpp LIBS ttsdf_map_visualization)
 ttsdf_node(map_surface_node SOURCES src/nodes/map_surface_node.cpp LIBS ttsdf_map_surface)
 ttsdf_rostest(map_surface.test DEPENDS test_maps ttsdf_localization_nodelet map_surface_node
   ARGS map_dir:=${TTSDF_TEST_MAPS})

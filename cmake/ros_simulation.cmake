@@ -3,9 +3,9 @@
 # ---- simulation and demo ---------------------------------------------------------------------------------------------
 ttsdf_ros_library(ttsdf_simulation_ros
   SOURCES
-    src/ros/depth_messages.cpp
-    src/ros/simulated_camera_options.cpp
-    src/ros/simulated_camera_ros.cpp
+    src/ros/demo/depth_messages.cpp
+    src/ros/demo/simulated_camera_options.cpp
+    src/ros/demo/simulated_camera_ros.cpp
   LIBS ttsdf_simulation ttsdf_ros)
 ttsdf_node(simulated_camera_node SOURCES src/nodes/simulated_camera_node.cpp LIBS ttsdf_simulation_ros)
 
@@ -20,8 +20,8 @@ ttsdf_rostest(simulated_camera.test SOURCE simulated_camera_test.cpp LIBS ttsdf_
 
 ttsdf_ros_library(ttsdf_demo
   SOURCES
-    src/ros/demo_report.cpp
-    src/ros/demo_ros.cpp
+    src/ros/demo/demo_report.cpp
+    src/ros/demo/demo_ros.cpp
   LIBS ttsdf_ros ttsdf_statistics)
 ttsdf_node(demo_node SOURCES src/nodes/demo_node.cpp LIBS ttsdf_demo)
 
@@ -37,6 +37,9 @@ if(TTSDF_BUILD_MAPPING)
 endif()
 
 # ---- tests of other parts on simulated scans -----------------------------------------------------------------------------
+# Faults at random for as long as one likes: scripts/reliability.
+ttsdf_ros_test_program(fault_run fault_run.cpp ttsdf_ros ttsdf_simulation)
+ttsdf_rostest(reliability.test DEPENDS test_maps fault_run ARGS map_dir:=${TTSDF_TEST_MAPS})
 if(TTSDF_BUILD_MAPPING)
   ttsdf_rostest(map_builder.test SOURCE map_builder_test.cpp LIBS ttsdf_ros ttsdf_mapping ttsdf_simulation
     DEPENDS map_builder_node)

@@ -1,4 +1,7 @@
 # The simulated world: analytic scenes, a depth camera, drifting odometry. Needs the core only.
+# Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
+set_source_files_properties(src/simulation/depth_renderer.cpp PROPERTIES
+  COMPILE_OPTIONS "-O3;-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 ttsdf_library(ttsdf_simulation
   SOURCES
     src/simulation/solid.cpp
@@ -10,6 +13,7 @@ ttsdf_library(ttsdf_simulation
     src/simulation/building.cpp
     src/simulation/worlds.cpp
     src/simulation/depth_noise.cpp
+    src/simulation/pose_noise.cpp
     src/simulation/depth_renderer.cpp
     src/simulation/depth_camera.cpp
     src/simulation/mesh_renderer.cpp
@@ -19,9 +23,6 @@ ttsdf_library(ttsdf_simulation
     src/simulation/simulated_rig.cpp
   PUBLIC ttsdf_core Eigen3::Eigen
   PRIVATE Threads::Threads)
-# Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
-set_source_files_properties(src/simulation/depth_renderer.cpp PROPERTIES
-  COMPILE_OPTIONS "-O3;-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 
 ttsdf_unit_test(simulation/solid_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/analytic_scene_test.cpp LIBS ttsdf_simulation)
@@ -30,4 +31,5 @@ ttsdf_unit_test(simulation/depth_camera_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/mesh_renderer_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/trajectory_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/drifting_odometry_test.cpp LIBS ttsdf_simulation)
+ttsdf_unit_test(simulation/pose_noise_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/simulated_rig_test.cpp LIBS ttsdf_simulation)

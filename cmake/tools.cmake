@@ -29,14 +29,16 @@ ttsdf_library(ttsdf_tools
     src/tools/command_line.cpp
     src/tools/json_file.cpp
     src/tools/map_edit.cpp
+    src/tools/map_memory.cpp
+    src/tools/option_file.cpp
     src/tools/progress.cpp
     src/tools/scan_io.cpp
     src/tools/spectra.cpp
-  PUBLIC ttsdf_core ttsdf_compression JsonCpp::JsonCpp
-  PRIVATE Boost::program_options ${YAML_CPP_LIBRARIES} ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY}
-  INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
+  PUBLIC ttsdf_core ttsdf_compression ttsdf_readers JsonCpp::JsonCpp
+  PRIVATE Boost::program_options ${YAML_CPP_LIBRARIES})
 
-ttsdf_tool(ttsdf_build SOURCES src/tools/ttsdf_build.cpp LIBS ttsdf_tools ttsdf_mapping)
+ttsdf_tool(ttsdf_build SOURCES src/tools/ttsdf_build.cpp src/tools/build_sources.cpp LIBS ttsdf_tools ttsdf_mapping ttsdf_exports)
+ttsdf_tool(ttsdf_export SOURCES src/tools/ttsdf_export.cpp LIBS ttsdf_tools ttsdf_exports)
 ttsdf_tool(ttsdf_info SOURCES src/tools/ttsdf_info.cpp LIBS ttsdf_tools)
 target_compile_definitions(ttsdf_info PRIVATE TTSDF_SCRIPTS_DIR="${CMAKE_CURRENT_SOURCE_DIR}/scripts")
 ttsdf_tool(ttsdf_query SOURCES src/tools/ttsdf_query.cpp LIBS ttsdf_tools)
@@ -44,7 +46,8 @@ ttsdf_tool(ttsdf_convert SOURCES src/tools/ttsdf_convert.cpp LIBS ttsdf_tools tt
 
 ttsdf_unit_test(tools/command_line_test.cpp LIBS ttsdf_tools)
 ttsdf_unit_test(tools/map_edit_test.cpp LIBS ttsdf_tools)
-ttsdf_unit_test(tools/scan_io_test.cpp LIBS ttsdf_tools ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY})
+ttsdf_unit_test(tools/scan_io_test.cpp LIBS ttsdf_tools ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY}
+  INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
 ttsdf_unit_test(tools/spectra_test.cpp LIBS ttsdf_tools)
 
 # Tests that run the programs themselves.
@@ -54,7 +57,7 @@ function(ttsdf_tool_test source)
   string(REPLACE ".cpp" "" target "${target}")
   if(TARGET ${target})
     target_compile_definitions(${target} PRIVATE TTSDF_TOOL_DIR="$<TARGET_FILE_DIR:ttsdf_build>")
-    add_dependencies(${target} ttsdf_build ttsdf_info ttsdf_query ttsdf_convert)
+    add_dependencies(${target} ttsdf_build ttsdf_export ttsdf_info ttsdf_query ttsdf_convert)
     if(TTSDF_BUILD_EVALUATION)
       add_dependencies(${target} ttsdf_register ttsdf_evaluate)
     endif()
@@ -64,5 +67,9 @@ endfunction()
 ttsdf_tool_test(tools/map_tools_test.cpp LIBS ttsdf_tools)
 if(TTSDF_BUILD_SIMULATION)
   ttsdf_tool_test(tools/build_tool_test.cpp
-    LIBS ttsdf_tools ttsdf_mapping ttsdf_simulation ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY})
+    LIBS ttsdf_tools ttsdf_mapping ttsdf_simulation ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY}
+    INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
 endif()
+ttsdf_unit_test(tools/mutated_files_test.cpp LIBS ttsdf_tools ttsdf_mapping OpenVDB::openvdb ${TTSDF_TBB_LIBRARY})
+ttsdf_tool_test(exports/export_tool_test.cpp LIBS ttsdf_tools ttsdf_exports ${TTSDF_OCTOMAP_LIBRARY} ${TTSDF_OCTOMATH_LIBRARY}
+  OpenVDB::openvdb ${TTSDF_TBB_LIBRARY} ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY} INCLUDE ${TTSDF_PCL_INCLUDE_DIR})

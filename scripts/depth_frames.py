@@ -64,8 +64,15 @@ class FrameFolder:
         return [index for index in self.indices if index % every == offset]
 
     def pose(self, index):
-        """T_map_camera."""
-        path = self._pose_path(self._depth[index])
+        """T_map_camera as recorded."""
+        return self._read_pose(self._pose_path(self._depth[index]))
+
+    def truth(self, index):
+        """T_map_camera without the error that ttsdf_simulate --pose-noise gave the recorded one."""
+        path = self._depth[index]
+        return self._read_pose(path.with_name(path.name.split(".")[0] + ".truth.txt"))
+
+    def _read_pose(self, path):
         try:
             return orthonormalized(self._matrix(path))
         except ValueError as error:

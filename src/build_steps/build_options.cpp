@@ -11,8 +11,11 @@ const OptionTable<BuildOptions>& buildOptionTable() {
       OptionTable<O>()
           .add("field", &O::field, {"sdf", "tsdf"},
                "Distance over the whole box, or the fused truncated distance")
-          .add("sdf_method", &O::sdf_method, {"surface", "occupancy_edt"},
-               "Distance to the observed surface, or the paper's distance transform of the occupied voxels")
+          .add("sdf_method", &O::sdf_method,
+               {"surface", "occupancy_edt", "occupancy_edt_signed", "occupancy_edt_negative"},
+               "Distance to the observed surface, or the paper's distance transform of occupied voxels: "
+               "those at "
+               "zero crossings, without a sign or with it, or all behind surfaces")
           .add("max_rank", &O::max_rank, {}, "Largest TT-ranks: R or R1,R2; 0: no cap")
           .add("tolerance", &O::tolerance, 0.0, 1.0, "",
                "Relative error of the compression allowed; 0: ranks only")

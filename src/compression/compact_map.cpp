@@ -6,6 +6,7 @@
 
 #include "dense_slabs.h"
 #include "sparse_fitter.h"
+#include "ttsdf_localization/compression/map_writer.h"
 
 namespace ttsdf {
 

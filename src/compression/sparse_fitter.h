@@ -3,7 +3,7 @@
 // goes on from the solution of the last one.
 
 #include "../map/codec/cosine_transform.h"
-#include "../map/codec/train_gauge.h"
+#include "encoder/train_gauge.h"
 #include "ttsdf_localization/compression/sparse_fit.h"
 
 namespace ttsdf {

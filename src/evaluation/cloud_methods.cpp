@@ -75,10 +75,6 @@ class PclMethod final : public Method {
     }
   }
   std::size_t paperBytes() const override { return cloudPaperBytes(map_points_); }
-  // The padded points and a kd-tree's copy of the coordinates and index.
-  std::size_t memoryBytes() const override {
-    return map_points_ * (sizeof(PointT) + 3 * sizeof(float) + sizeof(int));
-  }
 
  private:
   static constexpr std::size_t kMinPoints = 20;
@@ -111,10 +107,7 @@ const OptionTable<CloudMethodOptions>& cloudMethodOptionTable() {
         .add("feature_cell", &O::feature_cell, 1e-4, 10.0, "m",
              "Scan's thinning before FPFH; twice it is the radius of normals, five times that of features.")
         .add("ransac_iterations", &O::ransac_iterations, 1, 100000000, "",
-             "Poses tried by the sample consensus alignment.")
-        .add("ransac_inliers", &O::ransac_inliers, 0.0, 1.0, "",
-             "Share of points that must find a neighbour there.")
-        .add(&O::fast_global, fastGlobalOptionTable());
+             "Poses tried at the most by sample consensus.");
     return table;
   }();
   return kTable;

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "ttsdf_localization/evaluation/method.h"
+#include "ttsdf_localization/field/dense_distance_field.h"
 #include "ttsdf_localization/field/tt_distance_field.h"
 
 namespace ttsdf {
@@ -8,7 +9,7 @@ namespace ttsdf {
 namespace {
 
 Estimate toEstimate(const RegistrationResult& result) {
-  return {result.T_map_sensor, result.success, result.iterations, name(result.reason)};
+  return {result.T_map_sensor, result.success, result.iterations, name(result.reason), result.covariance};
 }
 
 class PriorMethod final : public Method {
@@ -18,21 +19,13 @@ class PriorMethod final : public Method {
     return {T_map_prior, true, 0, "prior"};
   }
   std::size_t paperBytes() const override { return 0; }
-  std::size_t memoryBytes() const override { return 0; }
 };
 
 class FieldMethod : public Method {
  public:
   FieldMethod(std::shared_ptr<const DistanceField> field, const RegistrationOptions& options)
       : field_(std::move(field)), registration_(field_, options) {}
-  std::size_t paperBytes() const override {
-    const auto* compressed = dynamic_cast<const TtDistanceField*>(field_.get());
-    return compressed ? tensorTrainPaperBytes(compressed->train()) : densePaperBytes(field_->geometry().dims);
-  }
-  std::size_t memoryBytes() const override {
-    const auto& far = registration_.longRangeField();
-    return field_->memoryBytes() + (far ? far->memoryBytes() : 0);
-  }
+  std::size_t paperBytes() const override { return fieldPaperBytes(*field_); }
 
  protected:
   std::shared_ptr<const DistanceField> field_;
@@ -97,14 +90,34 @@ std::unique_ptr<Method> makeGlobalMethod(std::shared_ptr<const DistanceField> fi
   return std::make_unique<GlobalMethod>(std::move(field), options, global, map_down);
 }
 
+std::shared_ptr<const DistanceField> makeEvaluationField(const TtSdfMap& map, Interpolation interpolation,
+                                                         bool dense, double memory_megabytes) {
+  if (dense)
+    return std::make_shared<DenseDistanceField>(full(map.train), relativeToOrigin(map.geometry), map.mask,
+                                                interpolation);
+  TtFieldOptions options;
+  options.interpolation = interpolation;
+  options.memory_megabytes = memory_megabytes;
+  return makeField(map, options);
+}
+
+std::size_t fieldPaperBytes(const DistanceField& field) {
+  const auto* compressed = dynamic_cast<const TtDistanceField*>(&field);
+  return compressed ? tensorTrainPaperBytes(compressed->modeSizes(), compressed->rank1(), compressed->rank2())
+                    : densePaperBytes(field.geometry().dims);
+}
+
 std::size_t densePaperBytes(const Dims& dims) {
   return sizeof(float) * static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) *
          static_cast<std::size_t>(dims[2]);
 }
 
 std::size_t tensorTrainPaperBytes(const TensorTrain& train) {
-  const auto sizes = train.modeSizes();
-  const auto rank = static_cast<std::size_t>(std::max(train.rank1(), train.rank2()));
+  return tensorTrainPaperBytes(train.modeSizes(), train.rank1(), train.rank2());
+}
+
+std::size_t tensorTrainPaperBytes(const std::array<int, 3>& sizes, int rank1, int rank2) {
+  const auto rank = static_cast<std::size_t>(std::max(rank1, rank2));
   return sizeof(float) * rank *
          (static_cast<std::size_t>(sizes[0]) + static_cast<std::size_t>(sizes[1]) * rank +
           static_cast<std::size_t>(sizes[2]));

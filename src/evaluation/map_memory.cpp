@@ -1,5 +1,7 @@
 #include "ttsdf_localization/evaluation/map_memory.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -24,6 +26,18 @@ MapMemory memoryFromLine(const std::string& line) {
 }
 
 }  // namespace
+
+std::size_t heapBytes() {
+#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
+  const auto info = ::mallinfo2();
+  return info.uordblks + info.hblkhd;
+#elif defined(__GLIBC__)
+  const auto info = ::mallinfo();  // counts up to 4 GB
+  return static_cast<unsigned>(info.uordblks) + static_cast<std::size_t>(static_cast<unsigned>(info.hblkhd));
+#else
+  return 0;
+#endif
+}
 
 std::vector<MapMemory> readMapMemory(const std::string& path) {
   std::vector<MapMemory> rows;

@@ -4,16 +4,15 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "ttsdf_localization/field/dense_distance_field.h"
 #include "ttsdf_localization/map/map_io.h"
 
 namespace ttsdf {
 
 namespace {
 
-const std::vector<std::string> kFieldKinds{"track", "search", "global"};
+const std::vector<std::string> kFieldKinds{"track", "search", "global", "paper"};
 const std::vector<std::string> kCloudKinds{"icp", "icp_plane", "gicp", "ndt"};
-const std::vector<std::string> kFeatureKinds{"fpfh_ransac", "fpfh_fgr"};
+const std::vector<std::string> kOpen3dKinds{"open3d_icp", "open3d_icp_plane", "fgr", "ransac"};
 
 bool isOneOf(const std::vector<std::string>& kinds, const std::string& kind) {
   return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
@@ -35,10 +34,10 @@ MethodSpec parseMethodSpec(const std::string& text) {
   spec.label = equals == std::string::npos ? text : head.substr(0, equals);
   std::replace(spec.label.begin(), spec.label.end(), ',', ' ');
   if (spec.kind != "prior" && !isOneOf(kFieldKinds, spec.kind) && !isOneOf(kCloudKinds, spec.kind) &&
-      !isOneOf(kFeatureKinds, spec.kind)) {
+      !isOneOf(kOpen3dKinds, spec.kind)) {
     throw std::invalid_argument("method '" + text + "': got kind '" + spec.kind +
-                                "', wanted one of prior, track, search, global, icp, icp_plane, gicp, ndt, "
-                                "fpfh_ransac, fpfh_fgr");
+                                "', wanted one of prior, track, search, global, paper, icp, icp_plane, gicp, "
+                                "ndt, open3d_icp, open3d_icp_plane, fgr, ransac");
   }
   if (head.size() == text.size()) return spec;
   std::stringstream settings(text.substr(head.size() + 1));
@@ -54,7 +53,7 @@ MethodSpec parseMethodSpec(const std::string& text) {
 
 std::unique_ptr<Method> MethodFactory::make(const MethodSpec& spec) {
   if (isOneOf(kFieldKinds, spec.kind)) return makeFieldMethod(spec);
-  if (isOneOf(kCloudKinds, spec.kind) || isOneOf(kFeatureKinds, spec.kind)) return makeCloudMethodFrom(spec);
+  if (isOneOf(kCloudKinds, spec.kind) || isOneOf(kOpen3dKinds, spec.kind)) return makeCloudMethodFrom(spec);
   if (!spec.settings.empty()) throw std::invalid_argument("method 'prior': got settings, wanted none");
   return makePriorMethod();
 }
@@ -62,7 +61,9 @@ std::unique_ptr<Method> MethodFactory::make(const MethodSpec& spec) {
 std::unique_ptr<Method> MethodFactory::makeFieldMethod(const MethodSpec& spec) {
   std::string map = defaults_.map;
   Interpolation interpolation = Interpolation::kTrilinear;
+  if (spec.kind == "paper") interpolation = Interpolation::kNearest;
   bool dense = false;
+  PaperMethodOptions paper;
   auto registration = defaults_.registration;
   auto search = defaults_.search;
   auto global = defaults_.global;
@@ -73,6 +74,8 @@ std::unique_ptr<Method> MethodFactory::makeFieldMethod(const MethodSpec& spec) {
       interpolation = interpolationFromName(value);
     } else if (key == "dense") {
       dense = parseBool(key, value);
+    } else if (spec.kind == "paper") {
+      paperMethodOptionTable().setFromText(paper, key, value);
     } else if (spec.kind == "search" && searchOptionTable().has(key)) {
       searchOptionTable().setFromText(search, key, value);
     } else if (spec.kind == "global" && globalOptionTable().has(key)) {
@@ -84,6 +87,7 @@ std::unique_ptr<Method> MethodFactory::makeFieldMethod(const MethodSpec& spec) {
   if (map.empty())
     throw std::invalid_argument("method '" + spec.label + "': got no map, wanted --map or map=FILE");
   const auto field = makeEvaluationField(loadMap(map), interpolation, dense);
+  if (spec.kind == "paper") return makePaperMethod(field, paper);
   if (spec.kind == "search") return makeSearchMethod(field, registration, search);
   if (spec.kind == "global") return makeGlobalMethod(field, registration, global, defaults_.map_down);
   return makeTrackMethod(field, registration);
@@ -97,17 +101,8 @@ std::unique_ptr<Method> MethodFactory::makeCloudMethodFrom(const MethodSpec& spe
       throw std::invalid_argument("method '" + spec.label + "': got no point cloud map");
     map_cloud_ = std::make_unique<MapCloud>(defaults_.map_cloud());
   }
-  if (isOneOf(kFeatureKinds, spec.kind)) return makeFeatureMethod(spec.kind, *map_cloud_, options);
+  if (isOneOf(kOpen3dKinds, spec.kind)) return makeOpen3dMethod(spec.kind, *map_cloud_, options);
   return makeCloudMethod(spec.kind, map_cloud_->points, options);
-}
-
-std::shared_ptr<const DistanceField> makeEvaluationField(const TtSdfMap& map, Interpolation interpolation,
-                                                         bool dense) {
-  if (dense)
-    return std::make_shared<DenseDistanceField>(full(map.train), map.geometry, map.mask, interpolation);
-  TtFieldOptions options;
-  options.interpolation = interpolation;
-  return makeField(map, options);
 }
 
 }  // namespace ttsdf

@@ -52,16 +52,24 @@ Eigen::Vector3f pointOf(const Eigen::Matrix3f& corners, float s, float t) {
   return corners.col(0) + s * (corners.col(1) - corners.col(0)) + t * (corners.col(2) - corners.col(0));
 }
 
+Eigen::Isometry3d truth(const FrameFolder& folder, const FrameEntry& frame) {
+  std::string path = frame.depth_path;
+  const auto ending = path.rfind(".depth.");
+  if (ending == std::string::npos) return folder.pose(frame);
+  path.replace(ending, std::string::npos, ".truth.txt");
+  return std::filesystem::exists(path) ? readPose(path) : folder.pose(frame);
+}
+
 }  // namespace
 
-ScanSet scansFromFrames(const FrameFolder& folder, const FrameSelection& selection) {
+ScanSet scansFromFrames(const FrameFolder& folder, const FrameSelection& selection, PoseKind poses) {
   ScanSet set;
   for (const auto& frame : folder.select(selection.every, selection.offset)) {
     try {
       EvaluationScan scan;
       scan.name = std::filesystem::path(frame.depth_path).filename().string();
       scan.index = frame.index;
-      scan.T_map_sensor = folder.pose(frame);
+      scan.T_map_sensor = poses == PoseKind::kTruth ? truth(folder, frame) : folder.pose(frame);
       scan.points = toPoints(folder.depth(frame), folder.intrinsics(), selection.stride, selection.min_depth,
                              selection.max_depth);
       set.scans.push_back(std::move(scan));
@@ -78,7 +86,7 @@ ScanSet scansFromFrames(const FrameFolder& folder, const FrameSelection& selecti
 
 MapCloud mapCloudFromFrames(const FrameFolder& folder, const FrameSelection& selection, double cell_size) {
   Cloud::Ptr cloud(new Cloud);
-  for (auto& scan : scansFromFrames(folder, selection).scans) {
+  for (auto& scan : scansFromFrames(folder, selection, PoseKind::kRecorded).scans) {
     const Eigen::Isometry3f T_map_sensor = scan.T_map_sensor.cast<float>();
     for (Eigen::Index n = 0; n < scan.points.cols(); ++n) {
       append(*cloud, T_map_sensor * scan.points.col(n),

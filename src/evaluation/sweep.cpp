@@ -1,5 +1,6 @@
 #include "ttsdf_localization/evaluation/sweep.h"
 
+#include <Eigen/Cholesky>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -16,6 +17,17 @@ namespace {
 // A method that answers with NaN has failed as badly as can be, and must not spoil the statistics.
 double infiniteIfNan(double error) {
   return std::isnan(error) ? std::numeric_limits<double>::infinity() : error;
+}
+
+double mahalanobisSquared(const Eigen::Isometry3d& truth, const Estimate& estimate) {
+  if (!estimate.covariance) return std::numeric_limits<double>::quiet_NaN();
+  Vector6d xi;
+  xi << logSo3(truth.linear() * estimate.T_map_sensor.linear().transpose()),
+      truth.translation() - estimate.T_map_sensor.translation();
+  const Eigen::LDLT<Matrix6d> factor(*estimate.covariance);
+  const double distance = xi.dot(factor.solve(xi));
+  // A covariance that is not positive definite says that nothing can be wrong: as inconsistent as can be.
+  return factor.isPositive() && distance >= 0.0 ? distance : std::numeric_limits<double>::infinity();
 }
 
 struct Timed {
@@ -89,6 +101,8 @@ void runSweep(const SweepRun& run, Method& method, const std::vector<EvaluationS
       record.translation_error = infiniteIfNan(error.translation);
       record.rotation_error = infiniteIfNan(error.rotation);
       record.offset = scan.T_map_sensor.inverse() * result.estimate.T_map_sensor.translation();
+      record.mahalanobis_squared = mahalanobisSquared(scan.T_map_sensor, result.estimate);
+      record.confidence = result.estimate.confidence;
       record.accepted = result.estimate.accepted;
       record.reason = result.estimate.reason;
       record.iterations = result.estimate.iterations;

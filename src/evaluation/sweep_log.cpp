@@ -13,8 +13,8 @@ namespace {
 
 constexpr const char* kHeader =
     "dataset,method,scan,kind,magnitude,direction,translation_error,rotation_error,accepted,reason,"
-    "iterations,ms,cpu_ms,dx,dy,dz";
-constexpr std::size_t kColumns = 16;
+    "iterations,ms,cpu_ms,dx,dy,dz,mahalanobis_squared,confidence";
+constexpr std::size_t kColumns = 18;
 
 std::string keyOf(const SweepRecord& record) {
   std::ostringstream key;
@@ -28,7 +28,8 @@ std::string toLine(const SweepRecord& r) {
   line << std::setprecision(9) << r.dataset << ',' << r.method << ',' << r.scan << ',' << name(r.kind) << ','
        << r.magnitude << ',' << r.direction << ',' << r.translation_error << ',' << r.rotation_error << ','
        << (r.accepted ? 1 : 0) << ',' << r.reason << ',' << r.iterations << ',' << r.milliseconds << ','
-       << r.cpu_milliseconds << ',' << r.offset.x() << ',' << r.offset.y() << ',' << r.offset.z() << '\n';
+       << r.cpu_milliseconds << ',' << r.offset.x() << ',' << r.offset.y() << ',' << r.offset.z() << ','
+       << r.mahalanobis_squared << ',' << r.confidence << '\n';
   return line.str();
 }
 
@@ -56,6 +57,8 @@ SweepRecord fromLine(const std::string& line) {
     r.milliseconds = std::stod(cells[11]);
     r.cpu_milliseconds = std::stod(cells[12]);
     r.offset = {std::stod(cells[13]), std::stod(cells[14]), std::stod(cells[15])};
+    r.mahalanobis_squared = std::stod(cells[16]);
+    r.confidence = std::stod(cells[17]);
   } catch (const std::logic_error& error) {
     throw std::runtime_error("got a cell that is no number: " + line);
   }

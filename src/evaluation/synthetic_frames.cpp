@@ -30,12 +30,20 @@ void FrameWriter::write(int index, const DepthImage& image, const Eigen::Isometr
     const double value = std::round(units_per_metre_ * static_cast<double>(image.depth[n]));
     if (value > 0.0 && value <= kLargest) units[n] = static_cast<unsigned short>(value);
   }
-  char name[32];
-  std::snprintf(name, sizeof name, "/frame-%06d", index);
-  const std::string depth_path = folder_ + name + ".depth.png";
+  const std::string depth_path = stem(index) + ".depth.png";
   pcl::io::saveShortPNGFile(depth_path, units.data(), image.width, image.height, 1);
   if (!std::filesystem::exists(depth_path)) throw std::runtime_error("'" + depth_path + "': cannot write");
-  writePose(folder_ + name + ".pose.txt", T_map_camera);
+  writePose(stem(index) + ".pose.txt", T_map_camera);
+}
+
+void FrameWriter::writeTruth(int index, const Eigen::Isometry3d& T_map_camera) const {
+  writePose(stem(index) + ".truth.txt", T_map_camera);
+}
+
+std::string FrameWriter::stem(int index) const {
+  char name[32];
+  std::snprintf(name, sizeof name, "/frame-%06d", index);
+  return folder_ + name;
 }
 
 SurfaceMesh scaledTo(const SurfaceMesh& mesh, double size) {

@@ -4,6 +4,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "ttsdf_localization/geometry/local_origin.h"
+
 namespace ttsdf {
 
 void check(const GridGeometry& geometry) {
@@ -19,6 +21,19 @@ void check(const GridGeometry& geometry) {
        << " T_map_grid, wanted extents >= 1, a positive voxel size and "
        << "a rigid motion";
   throw std::invalid_argument(text.str());
+}
+
+GridGeometry relativeToOrigin(GridGeometry geometry) {
+  Eigen::Vector3d low = geometry.samplePosition(Eigen::Vector3d::Zero()), high = low;
+  for (int corner = 1; corner < 8; ++corner) {
+    const Eigen::Array3i bits(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+    const Eigen::Vector3d p = geometry.samplePosition((bits * (geometry.dims - 1)).cast<double>().matrix());
+    low = low.cwiseMin(p), high = high.cwiseMax(p);
+  }
+  const Eigen::Vector3d origin = localOrigin(low, high);
+  geometry.T_map_grid.translation() -= origin;
+  geometry.origin += origin;
+  return geometry;
 }
 
 }  // namespace ttsdf

@@ -2,115 +2,283 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nanoflann.hpp>
 #include <vector>
+
+#include "nearest_feet.h"
+#include "quantized_bricks.h"
 
 namespace ttsdf {
 
 namespace {
 
-/// Points of a regular lattice over the box, `step` voxels apart, in batches through `visit(batch, first
-/// linear index)`.
-template <class Visitor>
-void forEachLattice(const GridGeometry& geometry, double step, const Dims& counts, const Visitor& visit) {
-  Eigen::Matrix3Xf batch(3, counts[0]);
-  for (int c = 0; c < counts[2]; ++c) {
-    for (int b = 0; b < counts[1]; ++b) {
-      for (int a = 0; a < counts[0]; ++a) {
-        batch.col(a) = geometry.samplePosition(step * Eigen::Vector3d(a, b, c)).cast<float>();
-      }
-      visit(batch, b, c);
+// Voxels between the samples whose foot points are taken: surfaces are continuous, and no cell needs many.
+int footStep(int spacing) { return std::max(2, spacing / 4); }
+
+/// The map's box, sampled every so many voxels. The last sample of an axis may lie beyond the box.
+GridGeometry coarseGrid(const GridGeometry& map, const LongRangeOptions& options) {
+  GridGeometry geometry = map;
+  for (int spacing = std::max(1, options.spacing_voxels);; ++spacing) {
+    geometry.dims = (map.dims - 1 + spacing - 1) / spacing + 1;
+    geometry.voxel_size = spacing * map.voxel_size;
+    if (geometry.voxelCount() <= std::max<std::size_t>(options.max_samples, 8)) return geometry;
+  }
+}
+
+std::array<int, 3> sizesOf(const GridGeometry& geometry) {
+  return {{geometry.dims[0], geometry.dims[1], geometry.dims[2]}};
+}
+
+/// Visits all lines of the coarse grid along the axis in which a walk through the field costs least.
+template <class Visit>
+void forEachLine(const Dims& dims, const std::array<int, 3>& order, const KeepGoing& keep_going,
+                 const Visit& visit) {
+  Dims cell = Dims::Zero();
+  for (cell[order[0]] = 0; cell[order[0]] < dims[order[0]]; ++cell[order[0]]) {
+    goOn(keep_going);
+    for (cell[order[1]] = 0; cell[order[1]] < dims[order[1]]; ++cell[order[1]]) {
+      cell[order[2]] = 0;
+      visit(cell);
     }
   }
 }
 
-Dims latticeCounts(const GridGeometry& geometry, double step) {
-  return ((geometry.dims - 1).cast<double>() / step + 1e-6).floor().cast<int>() + 1;
-}
+/// Surface points near one line of cells.
+class FootFinder {
+ public:
+  FootFinder(const DistanceField& field, const GridGeometry& coarse)
+      : field_(field),
+        map_(field.geometry()),
+        spacing_(static_cast<int>(std::lround(coarse.voxel_size / map_.voxel_size))),
+        step_(footStep(spacing_)),
+        order_(field.walkOrder()),
+        length_(coarse.dims[order_[2]]) {}
 
-struct SurfacePoints {
-  std::vector<Eigen::Vector3f> points;
-  std::size_t kdtree_get_point_count() const { return points.size(); }
-  float kdtree_get_pt(std::size_t n, std::size_t axis) const {
-    return points[n][static_cast<Eigen::Index>(axis)];
+  /// Signs of the line's samples, and the foot points x - f grad f of the map's samples in its cells.
+  void line(const Dims& cell, std::vector<std::uint8_t>& negative, NearestFeet& feet) {
+    const int axis = order_[2];
+    points_.resize(3, length_);
+    for (int n = 0; n < length_; ++n) {
+      Dims at = cell * spacing_;
+      at[axis] = n * spacing_;
+      points_.col(n) = position(at.min(map_.dims - 1));
+    }
+    const FieldSamples samples = field_.evaluate(points_);
+    // A surface in a cell is no further from its corner than its diagonal; maps overshoot a little.
+    const float reach = static_cast<float>(1.1 * std::sqrt(3.0) * spacing_ * map_.voxel_size);
+    negative.resize(static_cast<std::size_t>(length_));
+    near_.clear();
+    for (int n = 0; n < length_; ++n) {
+      negative[static_cast<std::size_t>(n)] = samples.values[n] < 0.0f ? 1 : 0;
+      if (std::abs(samples.values[n]) > reach) continue;
+      Dims at = cell * spacing_;
+      at[axis] = n * spacing_;
+      for (int p = 0; p < spacing_; p += step_) {
+        for (int q = 0; q < spacing_; q += step_) {
+          for (int r = 0; r < spacing_; r += step_) {
+            const Dims sample = at + Dims(p, q, r);
+            if ((sample < map_.dims).all()) near_.push_back(position(sample));
+          }
+        }
+      }
+    }
+    addFeet(feet);
   }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
+
+ private:
+  Eigen::Vector3f position(const Dims& index) const {
+    return map_.samplePosition(index.cast<double>().matrix()).cast<float>();
   }
+
+  /// Foot points of the samples near the line, kept where the field agrees that they lie on the surface.
+  void addFeet(NearestFeet& feet) {
+    if (near_.empty()) return;
+    const FieldSamples samples = field_.evaluate(asMatrix(near_));
+    const auto reach = static_cast<float>(1.8 * step_ * map_.voxel_size);
+    found_.clear();
+    for (std::size_t n = 0; n < near_.size(); ++n) {
+      const auto column = static_cast<Eigen::Index>(n);
+      const Eigen::Vector3f gradient = samples.gradients.col(column);
+      const float squared = gradient.squaredNorm();
+      if (samples.states[n] != PointState::kValid) continue;
+      if (std::abs(samples.values[column]) > reach || squared < 0.25f) continue;
+      found_.push_back(near_[n] - samples.values[column] * gradient / squared);
+    }
+    if (found_.empty()) return;
+    const FieldSamples check = field_.evaluate(asMatrix(found_));
+    for (std::size_t n = 0; n < found_.size(); ++n) {
+      if (check.states[n] != PointState::kValid) continue;
+      if (std::abs(check.values[static_cast<Eigen::Index>(n)]) >= map_.voxel_size) continue;
+      feet.add((map_.toIndex(found_[n].cast<double>()) / spacing_).cast<float>());
+    }
+  }
+
+  static Eigen::Matrix3Xf asMatrix(const std::vector<Eigen::Vector3f>& points) {
+    return Eigen::Map<const Eigen::Matrix3Xf>(points.front().data(), 3,
+                                              static_cast<Eigen::Index>(points.size()));
+  }
+
+  const DistanceField& field_;
+  const GridGeometry& map_;
+  int spacing_, step_;
+  std::array<int, 3> order_;
+  int length_;
+  Eigen::Matrix3Xf points_;
+  std::vector<Eigen::Vector3f> near_, found_;
 };
-
-/// Foot points x - f grad f of lattice samples near the zero level, kept where the field agrees that they lie
-/// on it.
-SurfacePoints footPoints(const DistanceField& field) {
-  constexpr double kStep = 2.0;  // voxels; surfaces are continuous over that
-  const GridGeometry& geometry = field.geometry();
-  const float reach = static_cast<float>(1.8 * kStep * geometry.voxel_size);
-  SurfacePoints surface;
-  forEachLattice(geometry, kStep, latticeCounts(geometry, kStep),
-                 [&](const Eigen::Matrix3Xf& batch, int, int) {
-                   const FieldSamples samples = field.evaluate(batch);
-                   std::vector<Eigen::Vector3f> feet;
-                   for (Eigen::Index n = 0; n < batch.cols(); ++n) {
-                     const Eigen::Vector3f g = samples.gradients.col(n);
-                     const float g2 = g.squaredNorm();
-                     if (samples.states[static_cast<std::size_t>(n)] != PointState::kValid) continue;
-                     if (std::abs(samples.values[n]) > reach || g2 < 0.25f) continue;
-                     feet.push_back(batch.col(n) - samples.values[n] * g / g2);
-                   }
-                   if (feet.empty()) return;
-                   const Eigen::Map<const Eigen::Matrix3Xf> matrix(feet.front().data(), 3,
-                                                                   static_cast<Eigen::Index>(feet.size()));
-                   const FieldSamples check = field.evaluate(matrix);
-                   for (Eigen::Index n = 0; n < matrix.cols(); ++n) {
-                     if (check.states[static_cast<std::size_t>(n)] != PointState::kValid) continue;
-                     if (std::abs(check.values[n]) < geometry.voxel_size)
-                       surface.points.push_back(matrix.col(n));
-                   }
-                 });
-  return surface;
-}
-
-/// The map's box, padded and sampled coarsely: at most max_samples samples.
-GridGeometry paddedGrid(const GridGeometry& map, const LongRangeOptions& options) {
-  GridGeometry geometry = map;
-  const Eigen::Array3d extent = (map.dims - 1).cast<double>() * map.voxel_size + 2.0 * options.padding;
-  geometry.voxel_size = options.spacing_voxels * map.voxel_size;
-  do {
-    geometry.dims = (extent / geometry.voxel_size).ceil().cast<int>() + 1;
-    if (geometry.voxelCount() <= options.max_samples) break;
-    geometry.voxel_size *= 1.25;
-  } while (true);
-  geometry.T_map_grid.translation() -= map.T_map_grid.linear() * Eigen::Vector3d::Constant(options.padding);
-  return geometry;
-}
 
 }  // namespace
 
-std::shared_ptr<const DenseDistanceField> makeLongRangeField(const DistanceField& field,
-                                                             const LongRangeOptions& options) {
-  const SurfacePoints surface = footPoints(field);
-  if (surface.points.empty()) return nullptr;
-  using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, SurfacePoints>,
-                                                   SurfacePoints, 3, std::size_t>;
-  Tree tree(3, surface, nanoflann::KDTreeSingleIndexAdaptorParams(16));
-  tree.buildIndex();
+class LongRangeField::Impl {
+ public:
+  explicit Impl(const GridGeometry& geometry)
+      : grid(geometry, {}, Interpolation::kTrilinear, ModeOrder{{0, 1, 2}}),
+        bricks(sizesOf(geometry)),
+        T_grid_map(geometry.T_map_grid.inverse().cast<float>()) {}
 
-  GridGeometry geometry = paddedGrid(field.geometry(), options);
-  DenseTensor values(geometry.dims);
-  forEachLattice(geometry, 1.0, geometry.dims, [&](const Eigen::Matrix3Xf& batch, int b, int c) {
-    const FieldSamples samples = field.evaluate(batch);
-    for (int a = 0; a < geometry.dims[0]; ++a) {
-      const Eigen::Vector3f query = batch.col(a);
-      std::size_t index = 0;
-      float squared = 0.0f;
-      tree.knnSearch(query.data(), 1, &index, &squared);
-      const float distance = std::sqrt(squared);
-      values(a, b, c) =
-          samples.values[a] < 0.0f ? -distance : distance;  // outside the box the value is 0: positive
+  void fill(const NearestFeet& feet, const std::vector<bool>& negative) {
+    const GridGeometry& g = grid.geometry();
+    const auto spacing = static_cast<float>(g.voxel_size);
+    for (std::size_t id = 0; id < bricks.idCount(); ++id) bricks.reserve(id);
+    bricks.allocate();
+    float samples[kBrickSamples];
+    for (int c = 0; c < bricks.counts()[2]; ++c) {
+      for (int b = 0; b < bricks.counts()[1]; ++b) {
+        for (int a = 0; a < bricks.counts()[0]; ++a) {
+          for (int n = 0; n < kBrickSamples; ++n) {
+            const Dims place(n % kBrickSide, n / kBrickSide % kBrickSide, n / kBrickSide / kBrickSide);
+            const Dims at = (Dims(a, b, c) * kBrickCells + place).min(g.dims - 1);
+            const float distance = spacing * feet.distance(at[0], at[1], at[2]);
+            samples[n] = negative[linear(at)] ? -distance : distance;
+          }
+          bricks.set(bricks.idOf(a, b, c), samples);
+        }
+      }
+    }
+  }
+
+  std::size_t linear(const Dims& at) const {
+    const Dims& n = grid.geometry().dims;
+    return static_cast<std::size_t>(at[0]) +
+           static_cast<std::size_t>(n[0]) *
+               (static_cast<std::size_t>(at[1]) +
+                static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(at[2]));
+  }
+
+  GridLocator grid;
+  QuantizedBricks bricks;
+  Eigen::Isometry3f T_grid_map;
+};
+
+LongRangeField::LongRangeField(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+LongRangeField::~LongRangeField() = default;
+const GridGeometry& LongRangeField::geometry() const { return impl_->grid.geometry(); }
+std::size_t LongRangeField::memoryBytes() const { return impl_->bricks.memoryBytes(); }
+
+std::size_t LongRangeField::bytesFor(const GridGeometry& map, const LongRangeOptions& options) {
+  const auto sizes = sizesOf(coarseGrid(map, options));
+  std::size_t count = 1;
+  for (const int n : QuantizedBricks::countsFor(sizes)) count *= static_cast<std::size_t>(n);
+  return QuantizedBricks::bytesFor(sizes, count);
+}
+
+std::shared_ptr<const LongRangeField> LongRangeField::make(const DistanceField& field,
+                                                           const LongRangeOptions& options,
+                                                           const KeepGoing& keep_going) {
+  const GridGeometry coarse = coarseGrid(field.geometry(), options);
+  auto impl = std::make_unique<Impl>(coarse);
+  NearestFeet feet(coarse.dims);
+  std::vector<bool> negative(coarse.voxelCount());
+  FootFinder finder(field, coarse);
+  const std::array<int, 3> order = field.walkOrder();
+  std::vector<std::uint8_t> line;
+  forEachLine(coarse.dims, order, keep_going, [&](const Dims& cell) {
+    finder.line(cell, line, feet);
+    Dims at = cell;
+    for (std::size_t n = 0; n < line.size(); ++n) {
+      at[order[2]] = static_cast<int>(n);
+      negative[impl->linear(at)] = line[n] != 0;
     }
   });
-  return std::make_shared<DenseDistanceField>(std::move(values), geometry);
+  if (feet.empty()) return nullptr;
+  feet.spread(keep_going);
+  impl->fill(feet, negative);
+  return std::shared_ptr<const LongRangeField>(new LongRangeField(std::move(impl)));
+}
+
+namespace {
+
+/// Points of a chunk outside of the grid, moved to the nearest place of its box.
+struct Moved {
+  int count = 0;
+  std::int32_t point[kChunk];  // in the chunk
+  float x[kChunk], y[kChunk], z[kChunk];
+  Eigen::Vector3f by[kChunk];  // from there to the point, map frame [m]
+};
+
+}  // namespace
+
+void LongRangeField::evaluate(const PointSpan& points, const SampleSpan& samples) const {
+  const GridLocator& grid = impl_->grid;
+  const GridGeometry& g = grid.geometry();
+  const Eigen::Vector3f last = ((g.dims - 1).cast<float>() * static_cast<float>(g.voxel_size)).matrix();
+  const float farthest = last.norm();
+  const Eigen::Isometry3f T_map_grid = g.T_map_grid.cast<float>();
+  CellChunk cells, inside;
+  CornerChunk corners;
+  Moved moved;
+  std::int32_t missing[kChunk];
+  for (int begin = 0; begin < points.size; begin += kChunk) {
+    cells.size = std::min(kChunk, points.size - begin);
+    grid.locate(points, begin, cells);
+    moved.count = 0;
+    for (int n = 0; n < cells.size; ++n) {
+      if (cells.state[n] != PointState::kOutside) continue;
+      const Eigen::Vector3f p(points.x[begin + n], points.y[begin + n], points.z[begin + n]);
+      const Eigen::Vector3f in_grid = impl_->T_grid_map * p;
+      if (!in_grid.allFinite()) continue;
+      const Eigen::Vector3f nearest = in_grid.cwiseMax(Eigen::Vector3f::Zero()).cwiseMin(last);
+      if (!((in_grid - nearest).norm() <= farthest)) continue;
+      const Eigen::Vector3f place = T_map_grid * nearest;
+      const int m = moved.count++;
+      moved.point[m] = n;
+      moved.x[m] = place.x(), moved.y[m] = place.y(), moved.z[m] = place.z();
+      moved.by[m] = T_map_grid.linear() * (in_grid - nearest);
+    }
+    if (moved.count > 0) {
+      inside.size = moved.count;
+      grid.locate(PointSpan{moved.x, moved.y, moved.z, moved.count}, 0, inside);
+      for (int m = 0; m < moved.count; ++m) {
+        const std::int32_t n = moved.point[m];
+        for (int axis = 0; axis < 3; ++axis) {
+          cells.cell[axis][n] = inside.cell[axis][m];
+          cells.fraction[axis][n] = inside.fraction[axis][m];
+        }
+        cells.state[n] = inside.state[m];
+      }
+    }
+    impl_->bricks.corners(cells, corners, missing);
+    grid.interpolate(cells, corners, samples, begin);
+    for (int m = 0; m < moved.count; ++m) {
+      const int n = begin + moved.point[m];
+      if (samples.state[n] == PointState::kOutside) continue;
+      Eigen::Vector3f out(samples.gradient_x[n], samples.gradient_y[n], samples.gradient_z[n]);
+      const float value = samples.value[n], slope = out.norm();
+      if (slope > 1e-6f) out *= value / slope;
+      // From the surface point to where we are: first to the box's border, then on to the point.
+      const Eigen::Vector3f from_surface = moved.by[m] + out;
+      const float distance = std::max(from_surface.norm(), 1e-9f), sign = value < 0.0f ? -1.0f : 1.0f;
+      samples.value[n] = sign * distance;
+      samples.gradient_x[n] = sign * from_surface.x() / distance;
+      samples.gradient_y[n] = sign * from_surface.y() / distance;
+      samples.gradient_z[n] = sign * from_surface.z() / distance;
+    }
+  }
+}
+
+std::shared_ptr<const DistanceField> makeLongRangeField(const DistanceField& field,
+                                                        const LongRangeOptions& options,
+                                                        const KeepGoing& keep_going) {
+  return LongRangeField::make(field, options, keep_going);
 }
 
 }  // namespace ttsdf

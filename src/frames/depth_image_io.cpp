@@ -11,6 +11,7 @@
 #include <vigra/multi_array.hxx>
 
 #include "ttsdf_localization/frames/frame_folder.h"
+#include "ttsdf_localization/readers/file_bytes.h"
 
 namespace ttsdf {
 
@@ -18,8 +19,9 @@ namespace {
 
 constexpr std::uint16_t kNoReading = 65535;
 constexpr long kMaxExtent = 16384;  // [pixel]; a larger header is a damaged or hostile file
+constexpr long kMaxPixels = 20000000;
 
-[[noreturn]] void fail(const std::string& path, const std::string& what) {
+[[noreturn]] void failImage(const std::string& path, const std::string& what) {
   throw std::runtime_error("depth image '" + path + "': " + what);
 }
 
@@ -41,39 +43,43 @@ long headerNumber(std::istream& in) {
 
 void checkBinaryPgm(const std::string& path, std::istream& in) {
   const long width = headerNumber(in), height = headerNumber(in), max_value = headerNumber(in);
-  if (width < 1 || height < 1 || width > kMaxExtent || height > kMaxExtent || max_value < 256 ||
-      max_value > 65535) {
-    fail(path, "got a PGM header with " + std::to_string(width) + " x " + std::to_string(height) +
-                   " pixels up to " + std::to_string(max_value) + ", wanted up to " +
-                   std::to_string(kMaxExtent) + " pixels a side and 16 bits");
+  if (width < 1 || height < 1 || width > kMaxExtent || height > kMaxExtent || width * height > kMaxPixels ||
+      max_value < 256 || max_value > 65535) {
+    failImage(path, "got a PGM header with " + std::to_string(width) + " x " + std::to_string(height) +
+                        " pixels up to " + std::to_string(max_value) + ", wanted up to " +
+                        std::to_string(kMaxExtent) + " pixels a side and 16 bits");
   }
   const auto wanted =
       static_cast<std::uintmax_t>(in.tellg()) + 1 + 2 * static_cast<std::uintmax_t>(width * height);
   const std::uintmax_t got = std::filesystem::file_size(path);
   if (got < wanted) {
-    fail(path, "is truncated: got " + std::to_string(got) + " bytes, wanted " + std::to_string(wanted));
+    failImage(path, "is truncated: got " + std::to_string(got) + " bytes, wanted " + std::to_string(wanted));
   }
 }
 
 void checkHeader(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   char magic[2] = {};
-  if (!in || std::filesystem::is_directory(path)) fail(path, "cannot be opened");
-  if (!in.read(magic, 2)) fail(path, "is empty");
+  if (!in || !std::filesystem::is_regular_file(path)) failImage(path, "cannot be opened");
+  if (!in.read(magic, 2)) failImage(path, "is empty");
+  if (magic[0] == 'v' || magic[0] == '<') FileBytes("depth image", path);  // a pointer of Git LFS, a web page
   if (magic[0] != 'P') return;  // PNG starts with 0x89 and is checked by libpng
-  if (magic[1] != '5') fail(path, std::string("got a P") + magic[1] + " file, wanted binary PGM (P5) or PNG");
+  if (magic[1] != '5')
+    failImage(path, std::string("got a P") + magic[1] + " file, wanted binary PGM (P5) or PNG");
   checkBinaryPgm(path, in);
 }
 
 vigra::MultiArray<2, vigra::UInt16> readPixels(const std::string& path) {
   const vigra::ImageImportInfo info(path.c_str());
   if (std::string(info.getPixelType()) != "UINT16" || info.numBands() != 1) {
-    fail(path, std::string("got pixels of type ") + info.getPixelType() + " with " +
-                   std::to_string(info.numBands()) + " channels, wanted 16-bit grey");
+    failImage(path, std::string("got pixels of type ") + info.getPixelType() + " with " +
+                        std::to_string(info.numBands()) + " channels, wanted 16-bit grey");
   }
-  if (info.width() < 1 || info.height() < 1 || info.width() > kMaxExtent || info.height() > kMaxExtent) {
-    fail(path, "got " + std::to_string(info.width()) + " x " + std::to_string(info.height()) +
-                   " pixels, wanted 1 to " + std::to_string(kMaxExtent) + " a side");
+  if (info.width() < 1 || info.height() < 1 || info.width() > kMaxExtent || info.height() > kMaxExtent ||
+      long{info.width()} * long{info.height()} > kMaxPixels) {
+    failImage(path, "got " + std::to_string(info.width()) + " x " + std::to_string(info.height()) +
+                        " pixels, wanted 1 to " + std::to_string(kMaxExtent) + " a side and " +
+                        std::to_string(kMaxPixels / 1000000) + " million in all");
   }
   vigra::MultiArray<2, vigra::UInt16> pixels(info.shape());
   vigra::importImage(info, pixels);
@@ -81,6 +87,26 @@ vigra::MultiArray<2, vigra::UInt16> readPixels(const std::string& path) {
 }
 
 }  // namespace
+
+Eigen::Array2i depthImageSize(const std::string& path) {
+  if (!std::filesystem::is_regular_file(path)) return {0, 0};
+  std::ifstream in(path, std::ios::binary);
+  unsigned char head[24] = {};
+  in.read(reinterpret_cast<char*>(head), sizeof(head));
+  if (!in) return {0, 0};
+  long width = 0, height = 0;
+  if (head[0] == 'P') {
+    in.seekg(2);
+    width = headerNumber(in), height = headerNumber(in);
+  } else if (head[0] == 0x89 && head[1] == 'P') {
+    const auto number = [&head](int at) {
+      return long{head[at]} << 24 | long{head[at + 1]} << 16 | long{head[at + 2]} << 8 | long{head[at + 3]};
+    };
+    width = number(16), height = number(20);
+  }
+  if (width < 1 || height < 1 || width > kMaxExtent || height > kMaxExtent) return {0, 0};
+  return {static_cast<int>(width), static_cast<int>(height)};
+}
 
 DepthImage readDepthImage(const std::string& path, double units_per_metre) {
   if (!std::isfinite(units_per_metre) || units_per_metre <= 0.0) {
@@ -92,7 +118,7 @@ DepthImage readDepthImage(const std::string& path, double units_per_metre) {
   try {
     pixels = readPixels(path);
   } catch (const vigra::StdException& error) {
-    fail(path, "cannot be read (" + reason(error.what()) + ")");
+    failImage(path, "cannot be read (" + reason(error.what()) + ")");
   }
 
   DepthImage image;

@@ -6,9 +6,12 @@
 #include <fstream>
 #include <iomanip>
 #include <limits>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 
+#include "frame_corrections.h"
+#include "frame_layouts.h"
 #include "ttsdf_localization/geometry/se3.h"
 
 namespace ttsdf {
@@ -45,54 +48,31 @@ std::vector<double> readNumbers(const std::string& what, const std::string& path
   return numbers;
 }
 
-/// Index of "frame-NNNNNN.depth.png" (or .pgm); -1 for another name.
-int frameIndex(const std::string& name) {
-  const std::string prefix = "frame-";
-  const std::size_t dot = name.find('.');
-  if (name.compare(0, prefix.size(), prefix) != 0 || dot == std::string::npos) return -1;
-  const std::string digits = name.substr(prefix.size(), dot - prefix.size()), ending = name.substr(dot);
-  if (ending != ".depth.png" && ending != ".depth.pgm") return -1;
-  if (digits.empty() || digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos)
-    return -1;
-  return std::stoi(digits);
-}
-
-struct FolderContent {
-  std::vector<FrameEntry> frames;  ///< with a pose, rising index
-  std::size_t images = 0;          ///< with or without a pose
-};
-
-FolderContent listFrames(const std::string& path) {
-  FolderContent content;
-  for (const auto& entry : fs::directory_iterator(path)) {
-    const std::string name = entry.path().filename().string();
-    const int index = frameIndex(name);
-    if (index < 0) continue;
-    ++content.images;
-    const fs::path pose = entry.path().parent_path() / (name.substr(0, name.find('.')) + ".pose.txt");
-    if (fs::exists(pose)) content.frames.push_back({index, entry.path().string(), pose.string()});
+void checkIntrinsics(const CameraIntrinsics& k, const std::string& source) {
+  constexpr double kWidest = 0.1, kNarrowest = 20.0, kOutside = 0.5;  // in the image's sizes
+  std::ostringstream got;
+  got << "camera intrinsics (" << source << "): got fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx
+      << ", cy " << k.cy << " for images of " << k.width << " x " << k.height << ": ";
+  const auto plausible = [](double focal, int size) {
+    return std::abs(focal) >= kWidest * size && std::abs(focal) <= kNarrowest * size;
+  };
+  if (!plausible(k.fx, k.width) || !plausible(k.fy, k.height)) {
+    got << "no depth camera sees that much or that little, wanted a focal length of about the image's width";
+    throw std::runtime_error(got.str());
   }
-  std::sort(content.frames.begin(), content.frames.end(), [](const FrameEntry& a, const FrameEntry& b) {
-    return a.index != b.index ? a.index < b.index : a.depth_path < b.depth_path;
-  });
-  return content;
-}
-
-CameraIntrinsics readIntrinsics(const std::string& folder) {
-  for (const char* name : {"camera-intrinsics.txt", "intrinsics.K.txt"}) {
-    const std::string path = (fs::path(folder) / name).string();
-    if (!fs::exists(path)) continue;
-    const std::vector<double> k = readNumbers("camera intrinsics", path, 9);
-    if (k[0] == 0.0 || k[4] == 0.0 || k[8] != 1.0 || k[3] != 0.0 || k[6] != 0.0 || k[7] != 0.0) {
-      throw std::runtime_error(
-          "camera intrinsics '" + path +
-          "': got no camera matrix, wanted fx 0 cx / 0 fy cy / 0 0 1 with focal lengths not 0");
+  const auto inside = [](double centre, int size) {
+    return centre >= -kOutside * size && centre <= (1.0 + kOutside) * size;
+  };
+  if (!inside(k.cx, k.width) || !inside(k.cy, k.height)) {
+    const double factor = k.width / (2.0 * k.cx);
+    got << "the principal point is far outside of the image (intrinsics of another camera or image size?)";
+    if (factor > 0.01 && factor < 100.0) {
+      got << "; of an image of about " << std::lround(2.0 * k.cx) << " x " << std::lround(2.0 * k.cy)
+          << " pixels, they would be --intrinsics " << k.fx * factor << ',' << k.fy * factor << ','
+          << k.cx * factor << ',' << k.cy * factor << " here";
     }
-    CameraIntrinsics intrinsics;
-    intrinsics.fx = k[0], intrinsics.fy = k[4], intrinsics.cx = k[2], intrinsics.cy = k[5];
-    return intrinsics;
+    throw std::runtime_error(got.str());
   }
-  throw std::runtime_error("frame folder '" + folder + "': got no camera-intrinsics.txt or intrinsics.K.txt");
 }
 
 }  // namespace
@@ -119,30 +99,99 @@ void writePose(const std::string& path, const Eigen::Isometry3d& T) {
 }
 
 FrameFolder::FrameFolder(const std::string& path, double units_per_metre)
-    : units_per_metre_(units_per_metre) {
-  if (!fs::is_directory(path)) throw std::runtime_error("frame folder '" + path + "': no such folder");
-  FolderContent content = listFrames(path);
-  if (content.images == 0) {
-    throw std::runtime_error("frame folder '" + path + "': got no frame-NNNNNN.depth.png");
+    : FrameFolder(path, [units_per_metre] {
+        FrameFolderOptions options;
+        options.units_per_metre = units_per_metre;
+        return options;
+      }()) {}
+
+FrameFolder::FrameFolder(const std::string& path, const FrameFolderOptions& options) : options_(options) {
+  FrameLayout layout = findLayout(path, options);
+  if (layout.images == 0) throw std::runtime_error("frame folder '" + path + "': got no depth image");
+  if (layout.frames.empty()) {
+    throw std::runtime_error("frame folder '" + path + "': got " + std::to_string(layout.images) +
+                             (layout.clouds ? " clouds" : " depth images") +
+                             " and none with a pose (layout " + layout.name +
+                             (layout.name == "ScanNet" ? ", wanted pose/N.txt)"
+                                                       : ", wanted frame-NNNNNN.pose.txt or a trajectory)"));
   }
-  if (content.frames.empty()) {
-    throw std::runtime_error("frame folder '" + path + "': got " + std::to_string(content.images) +
-                             " depth images and none with a frame-NNNNNN.pose.txt");
+  layout_ = layout.name;
+  if (layout.clouds) {
+    clouds_ = true;
+    frames_ = std::move(layout.frames);
+    description_ = "layout " + layout_ + ", " + std::to_string(frames_.size()) + " of " +
+                   std::to_string(layout.images) + " clouds with a pose";
+    return;
   }
-  intrinsics_ = readIntrinsics(path);
-  frames_ = std::move(content.frames);
-  std::string first_error;
+  if (options.intrinsics) {
+    layout.intrinsics = options.intrinsics;
+    layout.intrinsics_source = "as given";
+    layout.intended_size.setZero();
+  }
+  if (!layout.intrinsics) {
+    throw std::runtime_error(
+        "frame folder '" + path +
+        "': got no camera-intrinsics.txt, intrinsics.K.txt, ...; wanted one, or --intrinsics FX,FY,CX,CY "
+        "(7-Scenes: 585,585,320,240)");
+  }
+  intrinsics_.fx = (*layout.intrinsics)[0], intrinsics_.fy = (*layout.intrinsics)[1];
+  intrinsics_.cx = (*layout.intrinsics)[2], intrinsics_.cy = (*layout.intrinsics)[3];
+  units_per_metre_ = options.units_per_metre > 0.0 ? options.units_per_metre : layout.units_per_metre;
+  frames_ = std::move(layout.frames);
+  settleSize(path, layout.intended_size);
+  checkIntrinsics(intrinsics_, layout.intrinsics_source);
+  std::ostringstream text;
+  text << "layout " << layout.name << ", " << frames_.size() << " of " << layout.images
+       << " images with a pose, " << intrinsics_.width << " x " << intrinsics_.height << " pixels, fx "
+       << intrinsics_.fx << " fy " << intrinsics_.fy << " cx " << intrinsics_.cx << " cy " << intrinsics_.cy
+       << " (" << layout.intrinsics_source << "), " << units_per_metre_ << " depth units per metre"
+       << description_;
+  description_ = text.str();
+}
+
+void FrameFolder::settleSize(const std::string& path, const Eigen::Array2i& intended) {
+  std::map<std::pair<int, int>, std::size_t> sizes;
   for (const FrameEntry& frame : frames_) {
-    try {
-      const DepthImage image = depth(frame);
-      intrinsics_.width = image.width, intrinsics_.height = image.height;
-      return;
-    } catch (const std::runtime_error& error) {
-      if (first_error.empty()) first_error = error.what();
-    }
+    const Eigen::Array2i size = depthImageSize(frame.depth_path);
+    if ((size > 0).all()) ++sizes[{size[0], size[1]}];
   }
-  throw std::runtime_error("frame folder '" + path +
-                           "': no depth image can be read; the first: " + first_error);
+  if (sizes.empty()) {
+    std::string first_error = "none";
+    try {
+      depth(frames_.front());
+    } catch (const std::runtime_error& error) {
+      first_error = error.what();
+    }
+    throw std::runtime_error("frame folder '" + path +
+                             "': no depth image can be read; the first: " + first_error);
+  }
+  const auto most = std::max_element(sizes.begin(), sizes.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  intrinsics_.width = most->first.first, intrinsics_.height = most->first.second;
+  if (sizes.size() > 1) {
+    description_ = ", " + std::to_string(frames_.size() - most->second) + " images of other sizes";
+  }
+  // Intrinsics that say which size they belong to are scaled to another one of the same shape.
+  if ((intended <= 0).any() || (intended[0] == intrinsics_.width && intended[1] == intrinsics_.height))
+    return;
+  const double fx = static_cast<double>(intrinsics_.width) / intended[0];
+  const double fy = static_cast<double>(intrinsics_.height) / intended[1];
+  constexpr double kSameShape = 0.02;
+  if (std::abs(fx / fy - 1.0) > kSameShape) {
+    throw std::runtime_error(
+        "frame folder '" + path + "': got images of " + std::to_string(intrinsics_.width) + " x " +
+        std::to_string(intrinsics_.height) + " and intrinsics for " + std::to_string(intended[0]) + " x " +
+        std::to_string(intended[1]) + ", wanted --intrinsics FX,FY,CX,CY of these images");
+  }
+  intrinsics_.fx *= fx, intrinsics_.cx = (intrinsics_.cx + 0.5) * fx - 0.5;
+  intrinsics_.fy *= fy, intrinsics_.cy = (intrinsics_.cy + 0.5) * fy - 0.5;
+  description_ +=
+      ", intrinsics scaled from " + std::to_string(intended[0]) + " x " + std::to_string(intended[1]);
+}
+
+Eigen::Isometry3d FrameFolder::pose(const FrameEntry& frame) const {
+  Eigen::Isometry3d T = frame.pose ? *frame.pose : readPose(frame.pose_path);
+  return corrected(T, options_);
 }
 
 std::vector<FrameEntry> FrameFolder::select(int every, int offset) const {

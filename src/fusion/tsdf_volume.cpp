@@ -10,6 +10,7 @@
 #include "cloud_fusion.h"
 #include "depth_fusion.h"
 #include "ttsdf_localization/fusion/tsdf_volume_grids.h"
+#include "ttsdf_localization/geometry/local_origin.h"
 
 namespace ttsdf {
 
@@ -29,7 +30,7 @@ void checkOptions(const FusionOptions& options) {
   }
 }
 
-void checkPose(const Eigen::Isometry3d& pose, const FusionOptions& options) {
+void checkPose(const Eigen::Isometry3d& pose) {
   if (!pose.matrix().allFinite())
     throw std::invalid_argument("pose of a scan: got NaN or infinity, wanted a rigid motion");
   const double error =
@@ -37,13 +38,6 @@ void checkPose(const Eigen::Isometry3d& pose, const FusionOptions& options) {
   if (error > 1e-3 || pose.linear().determinant() < 0.0) {
     throw std::invalid_argument("pose of a scan: got a rotation block that is off by " + toString(error) +
                                 " or mirrored, wanted a rotation");
-  }
-  // OpenVDB's indices are 32-bit integers.
-  const double limit = options.voxel_size * 1e9 - options.max_depth;
-  const double distance = pose.translation().cwiseAbs().maxCoeff();
-  if (distance > limit) {
-    throw std::invalid_argument("pose of a scan: got a translation of " + toString(distance) +
-                                " m, wanted up to " + toString(limit) + " m");
   }
 }
 
@@ -106,17 +100,35 @@ TsdfVolume& TsdfVolume::operator=(TsdfVolume&&) noexcept = default;
 void TsdfVolume::integrate(const DepthImage& image, const CameraIntrinsics& intrinsics,
                            const Eigen::Isometry3d& T_map_camera) {
   checkFits(image, intrinsics);
-  checkPose(T_map_camera, options_);
+  checkPose(T_map_camera);
   tbb::task_arena arena(concurrency(options_));
-  arena.execute([&] { fuseDepthImage(*grids_, options_, image, intrinsics, T_map_camera); });
+  const Eigen::Isometry3d T = relativeToOrigin(T_map_camera);
+  arena.execute([&] { fuseDepthImage(*grids_, options_, image, intrinsics, T); });
   ++grids_->frame_count;
 }
 
 void TsdfVolume::integrate(const Eigen::Matrix3Xf& points, const Eigen::Isometry3d& T_map_sensor) {
-  checkPose(T_map_sensor, options_);
+  checkPose(T_map_sensor);
   tbb::task_arena arena(concurrency(options_));
-  arena.execute([&] { fuseCloud(*grids_, options_, points, T_map_sensor); });
+  const Eigen::Isometry3d T = relativeToOrigin(T_map_sensor);
+  arena.execute([&] { fuseCloud(*grids_, options_, points, T); });
   ++grids_->frame_count;
+}
+
+Eigen::Isometry3d TsdfVolume::relativeToOrigin(const Eigen::Isometry3d& T_map_sensor) {
+  const Eigen::Vector3d& t = T_map_sensor.translation();
+  if (grids_->frame_count == 0 && empty()) origin_ = localOrigin(t, t);
+  // OpenVDB's indices are 32-bit integers, and single precision ends before.
+  constexpr double kFarthest = 1e5;  // [m]
+  const double distance = (t - origin_).cwiseAbs().maxCoeff();
+  if (distance > kFarthest) {
+    throw std::invalid_argument("pose of a scan: got a position " + toString(distance) +
+                                " m away from the volume's origin, wanted up to " + toString(kFarthest) +
+                                " m");
+  }
+  Eigen::Isometry3d T = T_map_sensor;
+  T.translation() -= origin_;
+  return T;
 }
 
 const FusionOptions& TsdfVolume::options() const { return options_; }

@@ -17,8 +17,8 @@ std::string format(const char* pattern, Values... values) {
 
 Refusal checkTermination(const RegistrationResult& result) {
   if (result.success) return {};
-  // The prior is part of the estimate: it counts along directions that the scan does not fix. How many of them
-  // there may be, and how much confidence is enough, are questions of the fit.
+  // The prior is part of the estimate: it counts along directions that the scan does not fix. How many of
+  // them there may be, and how much confidence is enough, are questions of the fit.
   if (result.reason == TerminationReason::kDegenerate && result.degenerate_directions > 0) return {};
   if (result.reason == TerminationReason::kUnsure) return {};
   switch (result.reason) {
@@ -62,7 +62,8 @@ Refusal checkFit(const RegistrationResult& result, const GateOptions& options, d
     return {RefusalReason::kInliers,
             format("inlier ratio %.2f, at least %.2f wanted", result.inlier_ratio, min_inlier_ratio)};
   }
-  const double most = options.max_rms_residual > 0.0 ? options.max_rms_residual : 0.7 * result.inlier_distance;
+  const double most =
+      options.max_rms_residual > 0.0 ? options.max_rms_residual : 0.7 * result.inlier_distance;
   if (!(result.rms_residual <= most)) {
     return {RefusalReason::kResidual, format("rms residual %.3f m, at most %.3f m allowed (max_rms_residual)",
                                              result.rms_residual, most)};
@@ -74,9 +75,10 @@ Refusal checkFit(const RegistrationResult& result, const GateOptions& options, d
                                              result.confidence, options.min_confidence)};
   }
   if (result.degenerate_directions > options.max_degenerate_directions) {
-    return {RefusalReason::kDegenerate, format("%d directions without information, at most %d allowed "
-                                               "(max_degenerate_directions)",
-                                               result.degenerate_directions, options.max_degenerate_directions)};
+    return {RefusalReason::kDegenerate,
+            format("%d directions without information, at most %d allowed "
+                   "(max_degenerate_directions)",
+                   result.degenerate_directions, options.max_degenerate_directions)};
   }
   if (!result.T_map_sensor.matrix().allFinite())
     return {RefusalReason::kNotConverged, "the pose is not finite"};

@@ -52,6 +52,8 @@ const char* name(RefusalReason reason) {
       return "old_stamp";
     case RefusalReason::kNoPrior:
       return "no_prior";
+    case RefusalReason::kNoScan:
+      return "no_scan";
   }
   return "unknown";
 }

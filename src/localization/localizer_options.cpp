@@ -83,6 +83,9 @@ const OptionTable<RecoveryOptions>& recoveryOptionTable() {
                "... and at least this many refused scans.")
           .add("coast_seconds", &O::coast_seconds, 0.0, 3600.0, "s",
                "The same while scans say nothing (covered camera, unmapped area) but odometry goes on.")
+          .add("lost_without_scans", &O::lost_without_scans,
+               "No scan at all for coast_seconds: lost, and no transform. false: degraded, and the transform "
+               "stays.")
           .add("search_period", &O::search_period, 0.0, 60.0, "s",
                "Least time between two searches near the prior.")
           .add("search_attempts", &O::search_attempts, 0, 1000, "",

@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <string>
@@ -22,8 +21,7 @@ namespace {
 /// A file descriptor that closes itself.
 class File {
  public:
-  File(const std::string& path, int flags, mode_t mode = 0)
-      : fd_(::open(path.c_str(), flags | O_CLOEXEC, mode)) {}
+  File(const std::string& path, int flags) : fd_(::open(path.c_str(), flags | O_CLOEXEC)) {}
   ~File() {
     if (fd_ >= 0) ::close(fd_);
   }
@@ -31,36 +29,14 @@ class File {
   File& operator=(const File&) = delete;
   int get() const { return fd_; }
   bool isOpen() const { return fd_ >= 0; }
-  /// False (errno says why) if the system reports a late write error.
-  bool close() {
-    const int fd = fd_;
-    fd_ = -1;
-    return ::close(fd) == 0;
-  }
 
  private:
   int fd_;
 };
 
-/// 0 or errno.
-int writeAll(File& file, const std::vector<std::uint8_t>& bytes) {
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t written = ::write(file.get(), bytes.data() + done, bytes.size() - done);
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return errno;
-    done += static_cast<std::size_t>(written);
-  }
-  if (::fsync(file.get()) != 0 || !file.close()) return errno;
-  return 0;
-}
-
-std::string temporaryNeighbour(const std::string& path) {
-  static std::atomic<unsigned> counter{0};
-  return path + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(counter++);
-}
-
 }  // namespace
+
+const FileKind kMapFile{"a map", {'T', 'T', 'S', 'D', 'F', '\r', '\n', '\x1A'}};
 
 std::vector<std::uint8_t> readFile(const std::string& path, std::size_t max_bytes) {
   File file(path, O_RDONLY | O_NONBLOCK);  // a named pipe must not block
@@ -88,26 +64,10 @@ std::vector<std::uint8_t> readFile(const std::string& path, std::size_t max_byte
   return bytes;
 }
 
-void writeFileAtomically(const std::string& path, const std::vector<std::uint8_t>& bytes) {
-  const std::string temporary = temporaryNeighbour(path);
-  File file(temporary, O_WRONLY | O_CREAT | O_EXCL, 0666);
-  if (!file.isOpen()) fail("write", path, errno);
-  int error = writeAll(file, bytes);
-  if (error == 0 && ::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
-  if (error != 0) {
-    ::unlink(temporary.c_str());
-    fail("write", path, error);
-  }
-}
-
-void saveMap(const TtSdfMap& map, const std::string& path, const EncodeOptions& options) {
-  writeFileAtomically(path, serialize(map, options));
-}
-
-TtSdfMap loadMap(const std::string& path) {
+TtSdfMap loadMap(const std::string& path, const MapLimits& limits) {
   const std::vector<std::uint8_t> bytes = readFile(path);
   try {
-    return deserialize(bytes.data(), bytes.size());
+    return deserialize(bytes.data(), bytes.size(), limits);
   } catch (const MapFormatError& error) {
     throw MapFormatError("'" + path + "': " + error.what());
   }

@@ -10,21 +10,12 @@
 
 namespace ttsdf {
 
-namespace {
-
-template <typename Writer>
-Section makeSection(std::uint32_t id, std::uint32_t flags, const Writer& write) {
-  ByteWriter out;
-  write(out);
-  return {id, flags, std::move(out.data())};
-}
-
-}  // namespace
-
 const char* name(Encoding encoding) {
   switch (encoding) {
     case Encoding::kFloat16:
       return "float16";
+    case Encoding::kQuantizedFirst:
+      return "quantized-1";
     case Encoding::kQuantized:
       return "quantized";
     case Encoding::kFloat32:
@@ -40,52 +31,30 @@ Encoding encodingFromName(const std::string& text) {
   throw std::invalid_argument("encoding: got '" + text + "', wanted float32, float16 or quantized");
 }
 
-std::vector<std::uint8_t> serialize(const TtSdfMap& map, const EncodeOptions& options) {
-  check(map);
-  std::vector<Section> sections;
-  sections.push_back(makeSection(kGeometrySection, kRequiredFlag,
-                                 [&](ByteWriter& out) { writeGeometry(map.geometry, out); }));
-  sections.push_back(
-      makeSection(kFieldSection, kRequiredFlag, [&](ByteWriter& out) { writeField(map, out); }));
-  if (!map.mask.empty()) {
-    sections.push_back(
-        makeSection(kMaskSection, kRequiredFlag, [&](ByteWriter& out) { writeMask(map.mask, out); }));
-  }
-  if (!map.metadata.empty()) {
-    sections.push_back(
-        makeSection(kMetadataSection, 0, [&](ByteWriter& out) { writeMetadata(map.metadata, out); }));
-  }
-  sections.push_back({kCoreSection, kRequiredFlag, {}});
-  const CoreBudget budget{0.1 * map.geometry.voxel_size, writeContainer(sections).size()};
-  sections.back() = makeSection(kCoreSection, kRequiredFlag,
-                                [&](ByteWriter& out) { writeCores(map.train, options, budget, out); });
-  return writeContainer(sections);
-}
-
-std::size_t encodedSize(const TtSdfMap& map, const EncodeOptions& options) {
-  return serialize(map, options).size();
-}
-
-TtSdfMap deserialize(const std::uint8_t* data, std::size_t size) {
+TtSdfMap deserialize(const std::uint8_t* data, std::size_t size, const MapLimits& limits) {
   const Container container(data, size);
   TtSdfMap map;
   ByteReader geometry = container.section(kGeometrySection);
-  map.geometry = readGeometry(geometry);
+  map.geometry = readGeometry(geometry, limits.max_voxels);
   ByteReader field = container.section(kFieldSection);
   readField(field, map);
   try {
     check(map.geometry);
     if (container.has(kMaskSection)) {
       ByteReader mask = container.section(kMaskSection);
-      map.mask = readMask(mask, map.geometry.dims);
+      map.mask = readMask(mask, map.geometry.dims, limits.max_megabytes);
       mask.expectEnd();
     }
     if (container.has(kMetadataSection)) {
       ByteReader metadata = container.section(kMetadataSection);
       map.metadata = readMetadata(metadata);
     }
+    if (container.has(kAgreementSection)) {
+      ByteReader agreement = container.section(kAgreementSection);
+      map.agreement = readAgreement(agreement);
+    }
     ByteReader cores = container.section(kCoreSection);
-    map.train = readCores(cores, map.geometry.dims);
+    map.train = readCores(cores, map.geometry.dims, limits.max_megabytes);
     check(map);
   } catch (const std::invalid_argument& error) {
     throw MapFormatError(std::string("map file: ") + error.what());

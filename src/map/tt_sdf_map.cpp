@@ -61,11 +61,15 @@ void check(const TtSdfMap& map) {
   checkDistance("truncation", map.truncation);
   checkDistance("clamp_negative", map.clamp_negative);
   checkDistance("clamp_positive", map.clamp_positive);
+  check(map.agreement);
 }
 
 std::unique_ptr<TtDistanceField> makeField(const TtSdfMap& map, const TtFieldOptions& options) {
   check(map);
-  return std::make_unique<TtDistanceField>(map.train, map.geometry, map.mask, options);
+  auto field =
+      std::make_unique<TtDistanceField>(map.train, relativeToOrigin(map.geometry), map.mask, options);
+  field->setAgreement(map.agreement);
+  return field;
 }
 
 }  // namespace ttsdf

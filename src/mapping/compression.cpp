@@ -8,6 +8,7 @@
 
 #include "field_slabs.h"
 #include "ttsdf_localization/compression/compact_map.h"
+#include "ttsdf_localization/compression/map_writer.h"
 #include "ttsdf_localization/mapping/map_builder.h"
 
 namespace ttsdf {
@@ -86,6 +87,7 @@ BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, cons
   map.clamp_negative = options.clamp_negative;
   map.clamp_positive = options.clamp_positive;
   map.frame_id = field.frame_id;
+  map.agreement = field.agreement;
   built.report.seconds["decompose"] = decomposing.seconds();
 
   tell(progress, "encoding", 0.0);
@@ -161,14 +163,17 @@ BuiltMap compress(const SampledField& field, const FusionOptions& fusion, const 
   return compressAt(field, fusion, options, parseRanks(options.max_rank), progress);
 }
 
-BuiltMap buildMap(const TsdfVolume& volume, const BuildOptions& options, const BuildProgress& progress) {
+BuiltMap buildMap(const TsdfVolume& volume, const BuildOptions& options, const BuildProgress& progress,
+                  const FrameAgreement& agreement) {
   tell(progress, "distance field", 0.0);
   const Stopwatch sampling;
-  const SampledField field = sampleField(volume, options, progress);
+  SampledField field = sampleField(volume, options, progress);
+  field.agreement = agreement;
   const double seconds = sampling.seconds();
   BuiltMap built = compress(field, volume.options(), options, progress);
   built.report.seconds["distance_field"] = seconds;
   built.report.frames = volume.frameCount();
+  built.report.agreement = agreement;
   return built;
 }
 

@@ -8,6 +8,7 @@
 #include "../build_steps/parallel.h"
 #include "../signed_field/field_grid.h"
 #include "mesh_sides.h"
+#include "ttsdf_localization/build_steps/extent.h"
 #include "ttsdf_localization/signed_field/signed_distance.h"
 
 namespace ttsdf {
@@ -54,6 +55,31 @@ void fillOriented(const ObservedSurface& surface, const NearestSurface& nearest,
   field.known = std::move(distance.supported);
 }
 
+/// Before anything is allocated.
+void checkSize(const SurfaceMesh& mesh, double voxel_size, double margin) {
+  constexpr double kBytesPerSample = 24.0, kBytesPerPiece = 150.0;
+  std::vector<Eigen::Vector3d> points;
+  for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n)
+    points.emplace_back(mesh.vertices.col(n).cast<double>());
+  double area = 0.0;
+  for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
+    const Eigen::Vector3d& a = points[static_cast<std::size_t>(mesh.triangles(0, n))];
+    const Eigen::Vector3d ab = points[static_cast<std::size_t>(mesh.triangles(1, n))] - a;
+    const Eigen::Vector3d ac = points[static_cast<std::size_t>(mesh.triangles(2, n))] - a;
+    area += 0.5 * ab.cross(ac).norm();
+  }
+  ExtentCost cost;
+  cost.bytes_per_sample = kBytesPerSample;
+  cost.bytes_besides = kBytesPerPiece * area / (voxel_size * voxel_size);
+  const Eigen::Vector3d low = mesh.vertices.rowwise().minCoeff().cast<double>().array() - margin;
+  const Eigen::Vector3d high = mesh.vertices.rowwise().maxCoeff().cast<double>().array() + margin;
+  try {
+    checkExtent(low, high, voxel_size, points, "vertices", "--scale S makes metres of other units", cost);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("mesh: ") + error.what());
+  }
+}
+
 }  // namespace
 
 SampledField sampleMesh(const SurfaceMesh& mesh, double voxel_size, const BuildOptions& options,
@@ -64,6 +90,7 @@ SampledField sampleMesh(const SurfaceMesh& mesh, double voxel_size, const BuildO
     throw std::invalid_argument("mesh: got a voxel size of " + std::to_string(voxel_size) +
                                 " m, wanted a positive one");
   }
+  checkSize(mesh, voxel_size, std::max(options.margin, 3.0 * voxel_size));
   const ProgressStep surface_step(progress, "surface");
   SampledField field;
   const Eigen::Matrix3d R_map_grid =
@@ -75,6 +102,7 @@ SampledField sampleMesh(const SurfaceMesh& mesh, double voxel_size, const BuildO
   surface_step.report(0.5);
   ObservedSurface surface = describeSurface(fine, 0);
   toIndexCoordinates(surface, field.geometry);
+  field.geometry.T_map_grid.translation() += mesh.origin;
 
   const ProgressStep distance_step(progress, "distance");
   NearestSurfaceOptions nearest_options;

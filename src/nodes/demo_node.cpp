@@ -5,7 +5,7 @@
 #include <iostream>
 
 #include "node_help.h"
-#include "ttsdf_localization/ros/demo_ros.h"
+#include "ros/demo/demo_ros.h"
 
 namespace {
 

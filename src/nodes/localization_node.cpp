@@ -3,7 +3,7 @@
 #include <exception>
 
 #include "node_help.h"
-#include "ttsdf_localization/ros/localization_ros.h"
+#include "ros/node/localization_ros.h"
 
 namespace {
 constexpr ttsdf::NodeHelp kHelp{

@@ -3,7 +3,7 @@
 #include <memory>
 #include <pluginlib/class_list_macros.hpp>
 
-#include "ttsdf_localization/ros/localization_ros.h"
+#include "ros/node/localization_ros.h"
 
 namespace ttsdf_localization {
 

@@ -3,7 +3,7 @@
 #include <exception>
 
 #include "node_help.h"
-#include "ttsdf_localization/ros/map_builder_ros.h"
+#include "ros/builder/map_builder_ros.h"
 
 namespace {
 constexpr ttsdf::NodeHelp kHelp{

@@ -4,7 +4,7 @@
 #include <memory>
 #include <pluginlib/class_list_macros.hpp>
 
-#include "ttsdf_localization/ros/map_builder_ros.h"
+#include "ros/builder/map_builder_ros.h"
 
 namespace ttsdf_localization {
 
@@ -16,10 +16,12 @@ class MapBuilderNodelet : public nodelet::Nodelet {
       builder_ = std::make_unique<ttsdf::MapBuilderRos>(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& error) {
       NODELET_FATAL_STREAM("Map builder not started: " << error.what());
+      refusal_ = ttsdf::publishBuilderRefusal(getPrivateNodeHandle(), error.what());
     }
   }
 
   std::unique_ptr<ttsdf::MapBuilderRos> builder_;
+  ros::Publisher refusal_;
 };
 
 }  // namespace ttsdf_localization

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "node_help.h"
-#include "ttsdf_localization/ros/map_server_ros.h"
+#include "ros/server/map_server_ros.h"
 
 namespace {
 constexpr ttsdf::NodeHelp kHelp{

@@ -3,7 +3,7 @@
 #include <exception>
 
 #include "node_help.h"
-#include "ttsdf_localization/ros/map_surface.h"
+#include "ros/operator/map_surface.h"
 
 namespace {
 constexpr ttsdf::NodeHelp kHelp{

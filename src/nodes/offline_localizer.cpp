@@ -1,4 +1,4 @@
-#include "ttsdf_localization/ros/offline_run.h"
+#include "ros/offline/offline_run.h"
 #include "ttsdf_localization/tools/command_line.h"
 
 int main(int argc, char** argv) {

@@ -3,7 +3,7 @@
 #include <exception>
 
 #include "node_help.h"
-#include "ttsdf_localization/ros/operator_menu.h"
+#include "ros/operator/operator_menu.h"
 
 namespace {
 constexpr ttsdf::NodeHelp kHelp{

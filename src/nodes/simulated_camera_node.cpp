@@ -3,7 +3,7 @@
 #include <exception>
 
 #include "node_help.h"
-#include "ttsdf_localization/ros/simulated_camera_ros.h"
+#include "ros/demo/simulated_camera_ros.h"
 
 namespace {
 constexpr ttsdf::NodeHelp kHelp{

@@ -35,7 +35,8 @@ Vector6d tiedStep(const NormalEquations& e, const ScanBuffer& scan, const Eigen:
 
 std::vector<double> geometricScales(double first, double last, int steps) {
   std::vector<double> scales;
-  for (int n = 0; n < steps; ++n) scales.push_back(first * std::pow(last / first, n / std::max(1.0, steps - 1.0)));
+  for (int n = 0; n < steps; ++n)
+    scales.push_back(first * std::pow(last / first, n / std::max(1.0, steps - 1.0)));
   return scales;
 }
 

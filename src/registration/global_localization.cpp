@@ -102,8 +102,13 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
 
   best.points = scan.size();
   best.reason = TerminationReason::kLowScore;  // if no start came through in time
-  if (!candidates.empty())
-    best = registration.alignFrom(points, poses(candidates), PosePrior{candidates.front().T_map_sensor, Matrix6d::Zero()});
+  if (!candidates.empty()) {
+    std::vector<Eigen::Isometry3d> found;
+    for (const Candidate& c : candidates) {
+      found.push_back(inMapFrame(registration.field().geometry(), c.T_map_sensor));
+    }
+    best = registration.alignFrom(points, found, PosePrior{found.front(), Matrix6d::Zero()});
+  }
   judge(options, best);
   if (cancelled) {
     best.success = false;

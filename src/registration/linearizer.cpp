@@ -10,7 +10,7 @@ namespace ttsdf {
 
 namespace {
 
-constexpr float kNever = 1e30f;
+constexpr float kNoLimit = 1e30f;
 
 KernelPose toPose(const Eigen::Isometry3d& T, const Eigen::Vector3d& centroid) {
   KernelPose pose{};
@@ -30,8 +30,8 @@ KernelConstants toConstants(const ResidualModel& model) {
           squared(model.inlier_distance),
           squared(model.score_scale),
           model.limit_gradient ? 1.0f : 0.0f,
-          model.check_facing ? squared(kBehindCosine) : kNever,
-          model.check_facing ? static_cast<float>(-model.deep_inside) : -kNever};
+          model.check_facing ? squared(kBehindCosine) : kNoLimit,
+          model.check_facing ? static_cast<float>(-model.deep_inside) : -kNoLimit};
 }
 
 void addSums(const float (*sums)[kLanes], double* total) {

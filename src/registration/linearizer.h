@@ -25,8 +25,8 @@ struct ResidualModel {
 
 /// Cosine between ray and gradient above which a surface is seen from behind.
 constexpr double kBehindCosine = 0.3;
-/// `value` of a point [m], cosine between its ray and its gradient. Deep inside matter a point counts only if the
-/// gradient pulls it out towards the sensor.
+/// `value` of a point [m], cosine between its ray and its gradient. Deep inside matter a point counts only if
+/// the gradient pulls it out towards the sensor.
 inline bool seenFromBehind(double value, double cosine, const ResidualModel& model) {
   return cosine > (value < -model.deep_inside ? -kBehindCosine : kBehindCosine);
 }

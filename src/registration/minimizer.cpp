@@ -25,9 +25,9 @@ double pointWeight(const NormalEquations& e, double sigma) {
   return std::min(kIndependentPoints, points) / (points * sigma * sigma);
 }
 
-/// Negative log likelihood of scan and prior. Points outside cost the most a point can; those that say nothing
-/// the mean of the stage's start, so that moving points into or out of unknown space is neither rewarded nor
-/// punished.
+/// Negative log likelihood of scan and prior. Points outside cost the most a point can; those that say
+/// nothing the mean of the stage's start, so that moving points into or out of unknown space is neither
+/// rewarded nor punished.
 struct Objective {
   double unknown_cost, data_weight, loss_weight;
   const PosePrior& prior;
@@ -106,7 +106,7 @@ Eigen::Isometry3d settle(const ScanBuffer& scan, const Eigen::Isometry3d& T_fit,
   const Vector6d s = scaling(scan.radius());
   const Matrix6d data = directions * information.asDiagonal() * directions.transpose();
   Eigen::Isometry3d T = T_fit;
-  Vector6d moved = Vector6d::Zero();  // from the fit, scaled
+  Vector6d moved = Vector6d::Zero();      // from the fit, scaled
   for (int pass = 0; pass < 3; ++pass) {  // the prior's displacement turns a little with the rotation
     Matrix6d H = Matrix6d::Zero();
     Vector6d g = Vector6d::Zero();
@@ -163,8 +163,7 @@ StageResult levenbergMarquardt(const DistanceField& field, const ScanBuffer& sca
     const Eigen::Isometry3d T_trial = retract(result.T_map_sensor, scan.centroid(), xi);
     const NormalEquations trial = linearize(field, scan, options.points, T_trial, options.model);
     ++result.iterations;
-    const double before = objective(result.equations, result.T_map_sensor),
-                 after = objective(trial, T_trial);
+    const double before = objective(result.equations, result.T_map_sensor), after = objective(trial, T_trial);
     const bool tiny = small(xi, options);
     if (after < before) {
       result.T_map_sensor = T_trial;

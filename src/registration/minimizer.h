@@ -56,16 +56,17 @@ InformationAnalysis analyseInformation(const NormalEquations& equations, double 
 /// below, towards 1 far above.
 double countedShare(double share, double gradient_noise);
 
-/// The most likely pose between a fit, known along `directions` (twists of the scaled space) with `information`
-/// [1 / m^2], and the prior.
+/// The most likely pose between a fit, known along `directions` (twists of the scaled space) with
+/// `information` [1 / m^2], and the prior.
 Eigen::Isometry3d settle(const ScanBuffer& scan, const Eigen::Isometry3d& T_fit, const Matrix6d& directions,
                          const Vector6d& information, const PosePrior& prior);
 
 /// What a scan's residuals say about every direction, per unit of its share of the information [1 / m^2].
 double dataWeight(const NormalEquations& equations, double sigma);
 
-/// The pose between a fit, of which `equations` are the normal equations, and the prior: along directions that
-/// the scan does not fix it is the prior's, whatever found the fit. `sigma`: of an independent residual [m].
+/// The pose between a fit, of which `equations` are the normal equations, and the prior: along directions
+/// that the scan does not fix it is the prior's, whatever found the fit. `sigma`: of an independent residual
+/// [m].
 Eigen::Isometry3d weighAgainstPrior(const NormalEquations& equations, const ScanBuffer& scan,
                                     const Eigen::Isometry3d& T_fit, const PosePrior& prior, double sigma,
                                     double gradient_noise);

@@ -172,8 +172,8 @@ class Registration::Impl {
     const StageResult solved = gaussNewton(*field_, scan_, T_prior, stage);
     iterations_ = solved.iterations;
     describe(solved, result);
-    result.success = result.reason == TerminationReason::kConverged ||
-                     result.reason == TerminationReason::kMaxIterations;
+    result.success =
+        result.reason == TerminationReason::kConverged || result.reason == TerminationReason::kMaxIterations;
     if (result.success && result.inlier_ratio < options_.min_inlier_ratio) {
       result.success = false;
       result.reason = TerminationReason::kLowScore;
@@ -181,8 +181,8 @@ class Registration::Impl {
     if (result.success) result.covariance = measuredCovariance(solved);
   }
 
-  /// The map itself first, from the prior. The far field and further starts are other hypotheses, and count if
-  /// they explain the scan better.
+  /// The map itself first, from the prior. The far field and further starts are other hypotheses, and count
+  /// if they explain the scan better.
   void solveNear(RegistrationResult& result) {
     const Eigen::Isometry3d& T_prior = prior_.T_map_sensor;
     Hypothesis best = approach(T_prior);
@@ -260,8 +260,8 @@ class Registration::Impl {
   }
 
   Verification examine(const StageResult& stage, const HeldOut& held_out) const {
-    return verify(*field_, scan_, held_out, stage.T_map_sensor, stage.equations, prior_,
-                  model(scales_.last), scales_, options_.degenerate_threshold);
+    return verify(*field_, scan_, held_out, stage.T_map_sensor, stage.equations, prior_, model(scales_.last),
+                  scales_, options_.degenerate_threshold);
   }
 
   /// Where a fit does not fix the pose it goes back to the prior.
@@ -315,8 +315,8 @@ class Registration::Impl {
            e.valid < 0.5 * e.points();
   }
 
-  /// The kernel narrowed with the spread of the residuals on a part of the points, the last stage on all but those
-  /// held out: outliers, as edges that the map rounds, then count for less.
+  /// The kernel narrowed with the spread of the residuals on a part of the points, the last stage on all but
+  /// those held out: outliers, as edges that the map rounds, then count for less.
   void refine(StageResult& best) {
     const int part = scan_.prefix(kMiddlePoints);
     const double noise = gradientNoise(best.equations, scales_.voxel);
@@ -359,13 +359,13 @@ class Registration::Impl {
     const auto found = bestDistinct(descendAll(*long_range_, coarse_, starts, descent), kRestartsRefined,
                                     scales_.tolerance, scales_.tolerance / scales_.lever);
     iterations_ += static_cast<int>(starts.size() * descent.scales.size());
-    for (const Candidate& candidate : found) prefer(approach(heldToPrior(candidate.T_map_sensor)), kMargin, best);
+    for (const Candidate& candidate : found)
+      prefer(approach(heldToPrior(candidate.T_map_sensor)), kMargin, best);
   }
 
   /// Descends in the far field. The widest kernel is a few times the residual of the start.
   Eigen::Isometry3d pullIn(const Eigen::Isometry3d& T_start) {
-    const NormalEquations start =
-        linearize(*long_range_, coarse_, coarse_.size(), T_start, ResidualModel());
+    const NormalEquations start = linearize(*long_range_, coarse_, coarse_.size(), T_start, ResidualModel());
     ++iterations_;
     if (start.valid == 0) return T_start;
     const double widest = std::min(scales_.widest, kScalePerRms * std::sqrt(start.squares / start.valid));
@@ -405,9 +405,8 @@ class Registration::Impl {
     result.least_evidence = verification.open_directions > 0
                                 ? std::min(verification.weakest, verification.least_evidence)
                                 : verification.least_evidence;
-    result.confidence =
-        confidence({verification.explained_ratio, result.blocked_ratio, result.unmappedRatio(),
-                    result.least_evidence});
+    result.confidence = confidence(
+        {verification.explained_ratio, result.blocked_ratio, result.unmappedRatio(), result.least_evidence});
     if (result.reason != TerminationReason::kConverged && result.reason != TerminationReason::kMaxIterations)
       return;
     result.covariance = posteriorCovariance(stage, verification);
@@ -483,6 +482,16 @@ class Registration::Impl {
   int iterations_ = 0;
 };
 
+namespace {
+
+/// Everything inside works relative to the field's origin.
+RegistrationResult inMapFrame(const GridGeometry& geometry, RegistrationResult result) {
+  result.T_map_sensor = inMapFrame(geometry, result.T_map_sensor);
+  return result;
+}
+
+}  // namespace
+
 Registration::Registration(std::shared_ptr<const DistanceField> field, RegistrationOptions options,
                            std::shared_ptr<const DistanceField> far)
     : impl_(std::make_unique<Impl>(std::move(field), options, std::move(far))) {}
@@ -491,12 +500,18 @@ Registration::Registration(Registration&&) noexcept = default;
 Registration& Registration::operator=(Registration&&) noexcept = default;
 RegistrationResult Registration::align(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor_prior,
                                        const std::optional<Matrix6d>& covariance) {
-  return impl_->align(points, T_map_sensor_prior, covariance);
+  const GridGeometry& geometry = impl_->field().geometry();
+  return inMapFrame(geometry, impl_->align(points, relativeTo(geometry, T_map_sensor_prior), covariance));
 }
 RegistrationResult Registration::alignFrom(const ScanPoints& points,
                                            const std::vector<Eigen::Isometry3d>& starts,
                                            const PosePrior& prior) {
-  return impl_->alignFrom(points, starts, prior);
+  const GridGeometry& geometry = impl_->field().geometry();
+  std::vector<Eigen::Isometry3d> relative;
+  for (const Eigen::Isometry3d& start : starts) relative.push_back(relativeTo(geometry, start));
+  return inMapFrame(
+      geometry,
+      impl_->alignFrom(points, relative, {relativeTo(geometry, prior.T_map_sensor), prior.information}));
 }
 const RegistrationOptions& Registration::options() const { return impl_->options(); }
 const DistanceField& Registration::field() const { return impl_->field(); }

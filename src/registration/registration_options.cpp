@@ -8,8 +8,9 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
       OptionTable<O>()
           .add("method", &O::method, {"robust", "gauss_newton"},
                "Levenberg-Marquardt with a robust kernel, or plain Gauss-Newton as in the paper")
-          .add("prior_translation_sigma", &O::prior_translation_sigma, 0.0, 1000.0, "m",
-               "Standard deviation of a prior whose covariance nobody gives; 0: a quarter of the scan's range")
+          .add(
+              "prior_translation_sigma", &O::prior_translation_sigma, 0.0, 1000.0, "m",
+              "Standard deviation of a prior whose covariance nobody gives; 0: a quarter of the scan's range")
           .add("prior_rotation_sigma", &O::prior_rotation_sigma, 0.001, 3.2, "rad",
                "The same of its rotation")
           .add("max_iterations", &O::max_iterations, 1, 1000, "",
@@ -20,12 +21,14 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
           .add("cost_epsilon", &O::cost_epsilon, 0.0, 0.1, "",
                "So does a step that lowers the cost by less than this share")
           .add("kernel_scale_start", &O::kernel_scale_start, 0.0, 100.0, "m",
-               "Largest Geman-McClure scale; the first iterations start here or at the scan's own residual; 0: "
+               "Largest Geman-McClure scale; the first iterations start here or at the scan's own residual; "
+               "0: "
                "twice the scan's radius")
           .add("kernel_scale_end", &O::kernel_scale_end, 0.0, 10.0, "m",
                "Geman-McClure scale of the first stage on all points; 0: as the inlier distance")
           .add("kernel_scale_least", &O::kernel_scale_least, 0.0, 10.0, "m",
-               "The last stages narrow the kernel with the spread of the residuals, at most to this; 0: a fifth "
+               "The last stages narrow the kernel with the spread of the residuals, at most to this; 0: a "
+               "fifth "
                "of a voxel; as kernel_scale_end: never")
           .add("inlier_distance", &O::inlier_distance, 0.0, 10.0, "m",
                "A point nearer to the surface is an inlier; 0: a fiftieth of the scan's range, but 1.25 "

@@ -36,8 +36,9 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
   Matrix6d spread = Matrix6d::Zero();
   spread.diagonal().head<3>().setConstant(options.rotation_sigma * options.rotation_sigma);
   spread.diagonal().tail<3>().setConstant(options.translation_sigma * options.translation_sigma);
-  const auto starts =
-      startsAround(T_map_sensor_prior, covariance.value_or(spread), options.starts, options.seed);
+  const GridGeometry& geometry = registration.field().geometry();  // descents are relative to its origin
+  const auto starts = startsAround(relativeTo(geometry, T_map_sensor_prior), covariance.value_or(spread),
+                                   options.starts, options.seed);
 
   const DistanceField& coarse =
       registration.longRangeField() ? *registration.longRangeField() : registration.field();
@@ -55,7 +56,7 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
                             static_cast<std::size_t>(options.refined), 0.03, 0.03);
 
   std::vector<Eigen::Isometry3d> found{T_map_sensor_prior};
-  for (const Candidate& c : candidates) found.push_back(c.T_map_sensor);
+  for (const Candidate& c : candidates) found.push_back(inMapFrame(geometry, c.T_map_sensor));
   RegistrationResult best = registration.alignFrom(
       points, found, PosePrior::fromCovariance(T_map_sensor_prior, covariance.value_or(spread)));
   best.iterations += static_cast<int>(starts.size() * wide.scales.size());

@@ -73,7 +73,8 @@ Scores scoresOf(const DistanceField& field, const ScanBuffer& scan, int count,
     const double weight = static_cast<double>(scan.weight()[n]) * (model.robust ? q * q : 1.0);
     Eigen::Vector3d gradient = samples.gradients.col(n).cast<double>();
     const Eigen::Vector3d ray = points.col(n).cast<double>() - T_map_sensor.translation();
-    if (model.check_facing && seenFromBehind(r, gradient.dot(ray) / std::max(ray.norm(), 1e-6), model)) continue;
+    if (model.check_facing && seenFromBehind(r, gradient.dot(ray) / std::max(ray.norm(), 1e-6), model))
+      continue;
     if (gradient.norm() > 1.0) gradient.normalize();
     Vector6d J;
     J << lever.col(n).cast<double>().cross(gradient), gradient;
@@ -167,7 +168,8 @@ Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
     if (info.share[d] < known_from) scaled(d, d) = weak_sigma * weak_sigma;
   }
   const Matrix6d back = s.asDiagonal() * info.directions;
-  return back * scaled * back.transpose();
+  return back * scaled * back.transpose() +
+         mapCovariance(field.agreement(), T_map_sensor.linear() * scan.centroid());
 }
 
 }  // namespace ttsdf

@@ -10,13 +10,13 @@ namespace ttsdf {
 
 namespace {
 
-constexpr double kProbedBelow = 0.15;   // share of the information; more needs no proof
-constexpr int kMostProbed = 3;          // directions, from the weakest
-constexpr double kNoticed = 0.7;        // standard errors
-constexpr double kBetter = -1.0;        // the same, of a pose that is worth a descent
-constexpr double kCertain = 100.0;      // standard errors
-constexpr double kPinned = 9.0;         // squared Mahalanobis distance that the prior excludes
-constexpr double kFurther = 3.0;        // tolerances of the far probes
+constexpr double kProbedBelow = 0.15;  // share of the information; more needs no proof
+constexpr int kMostProbed = 3;         // directions, from the weakest
+constexpr double kNoticed = 0.7;       // standard errors
+constexpr double kBetter = -1.0;       // the same, of a pose that is worth a descent
+constexpr double kCertain = 100.0;     // standard errors
+constexpr double kPinned = 9.0;        // squared Mahalanobis distance that the prior excludes
+constexpr double kFurther = 3.0;       // tolerances of the far probes
 
 /// Twist about the centroid along a direction of the scaled space that moves the pose by `distance`.
 Vector6d twistAlong(const Vector6d& direction, const ScanBuffer& scan, const Eigen::Isometry3d& T,
@@ -25,8 +25,8 @@ Vector6d twistAlong(const Vector6d& direction, const ScanBuffer& scan, const Eig
   xi.head<3>() /= std::max(scan.radius(), least_radius);
   Matrix6d to_sensor = Matrix6d::Identity();
   to_sensor.bottomLeftCorner<3, 3>() = hat(T.linear() * scan.centroid());
-  const double moved = std::max({(to_sensor * xi).tail<3>().norm(), xi.tail<3>().norm(),
-                                 scan.radius() * xi.head<3>().norm()});
+  const double moved =
+      std::max({(to_sensor * xi).tail<3>().norm(), xi.tail<3>().norm(), scan.radius() * xi.head<3>().norm()});
   return xi * (distance / std::max(moved, 1e-9));
 }
 

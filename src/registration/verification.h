@@ -1,6 +1,6 @@
 #pragma once
-// An independent look at an estimate: points that it was not made from, free space along the rays, and whether the
-// scan would notice if the pose were another one.
+// An independent look at an estimate: points that it was not made from, free space along the rays, and
+// whether the scan would notice if the pose were another one.
 
 #include <array>
 #include <vector>
@@ -22,7 +22,8 @@ class HeldOut {
   };
   Losses losses(const DistanceField& field, const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model,
                 double tolerance) const;
-  /// How much more the scan is contradicted there than here, in standard errors of what clusters of points say.
+  /// How much more the scan is contradicted there than here, in standard errors of what clusters of points
+  /// say.
   double evidence(const Losses& here, const Losses& there) const;
 
  private:
@@ -33,13 +34,14 @@ class HeldOut {
 
 struct Verification {
   double explained_ratio = 0.0;  ///< held-out points nearer than the tolerance / those in known space
-  /// Least evidence [standard errors] against a pose that is off, along the directions that are not degenerate.
+  /// Least evidence [standard errors] against a pose that is off, along the directions that are not
+  /// degenerate.
   double least_evidence = 100.0;
   double weakest = 100.0;  ///< the same of all directions that the prior leaves open
   int degenerate_directions = 0;
   std::array<bool, 6> silent{};     ///< per direction of the information: none
   std::array<bool, 6> unnoticed{};  ///< the scan would not notice a pose that is off that way
-  int open_directions = 0;  ///< degenerate, and the prior does not fix them to the tolerance either
+  int open_directions = 0;          ///< degenerate, and the prior does not fix them to the tolerance either
   /// Poses along weak directions that explain the scan better.
   std::vector<Eigen::Isometry3d> better;
 };

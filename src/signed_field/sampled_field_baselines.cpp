@@ -67,6 +67,44 @@ SampledField emptyField(const GridGeometry& geometry) {
   return field;
 }
 
+// Sign of an observed sample: what lies behind a surface is negative.
+bool isNegative(const ObservedGrid& observed, std::size_t m) {
+  const Observation state = observed.state[m];
+  return state == Observation::kInterior || (state == Observation::kBand && observed.tsdf[m] < 0.0F);
+}
+
+using Marks = vigra::MultiArray<3, std::uint8_t>;
+
+// 1 for the sample that is nearer to the zero crossing between two neighbours of the band.
+std::vector<std::uint8_t> crossingSamples(const ObservedGrid& observed) {
+  std::vector<std::uint8_t> marks(observed.size(), 0);
+  const auto visit = [&](std::size_t a, std::size_t b) {
+    if (observed.state[a] != Observation::kBand || observed.state[b] != Observation::kBand) return;
+    const float fa = observed.tsdf[a], fb = observed.tsdf[b];
+    if ((fa < 0.0F) != (fb < 0.0F)) marks[std::abs(fa) <= std::abs(fb) ? a : b] = 1;
+  };
+  for (int k = 0; k < observed.dims[2]; ++k) {
+    for (int j = 0; j < observed.dims[1]; ++j) {
+      for (int i = 0; i < observed.dims[0]; ++i) {
+        const std::size_t m = observed.offset(i, j, k);
+        if (i + 1 < observed.dims[0]) visit(m, observed.offset(i + 1, j, k));
+        if (j + 1 < observed.dims[1]) visit(m, observed.offset(i, j + 1, k));
+        if (k + 1 < observed.dims[2]) visit(m, observed.offset(i, j, k + 1));
+      }
+    }
+  }
+  return marks;
+}
+
+// Distance in samples to the nearest marked one.
+vigra::MultiArray<3, float> distanceTo(const Marks& marks) {
+  vigra::MultiArray<3, float> distance(marks.shape());
+  vigra::separableMultiDistance(marks, distance, true);
+  return distance;
+}
+
+vigra::Shape3 shapeOf(const Dims& dims) { return vigra::Shape3(dims[0], dims[1], dims[2]); }
+
 }  // namespace
 
 SampledField sampleOccupancyDistance(const ObservedGrid& observed, const BuildOptions& options,
@@ -75,25 +113,25 @@ SampledField sampleOccupancyDistance(const ObservedGrid& observed, const BuildOp
   const ProgressStep step(progress, "distance");
   const Window window(observed, options.margin);
   SampledField field = emptyField(window.geometry());
-  const Dims& dims = field.geometry.dims;
-  const vigra::Shape3 shape(dims[0], dims[1], dims[2]);
-  vigra::MultiArray<3, std::uint8_t> occupied(shape);
+  const bool solid = options.sdf_method == "occupancy_edt_negative";
+  const bool with_sign = options.sdf_method == "occupancy_edt_signed";
+  const std::vector<std::uint8_t> crossings = solid ? std::vector<std::uint8_t>{} : crossingSamples(observed);
+  Marks occupied(shapeOf(field.geometry.dims));
   window.forEachSample([&](std::size_t n, std::size_t m) {
-    const Observation state = observed.state[m];
-    field.known[n] = state != Observation::kUnknown ? 1 : 0;
-    occupied.data()[n] =
-        state == Observation::kInterior || (state == Observation::kBand && observed.tsdf[m] < 0.0F) ? 1 : 0;
+    field.known[n] = observed.state[m] != Observation::kUnknown ? 1 : 0;
+    occupied.data()[n] = solid ? (isNegative(observed, m) ? 1 : 0) : crossings[m];
   });
   step.report(0.1);
-  vigra::MultiArray<3, float> outside(shape), inside(shape);
-  vigra::separableMultiDistance(occupied, outside, true);
+  const auto outside = distanceTo(occupied);
+  vigra::MultiArray<3, float> inside(occupied.shape());
   step.report(0.5);
-  vigra::separableMultiDistance(occupied, inside, false);
+  if (solid) vigra::separableMultiDistance(occupied, inside, false);
   step.report(0.9);
-  for (std::size_t n = 0; n < field.values.size(); ++n) {
-    field.values.data()[n] =
-        clampedTo(options, static_cast<float>(observed.voxel_size) * (outside.data()[n] - inside.data()[n]));
-  }
+  const auto voxel = static_cast<float>(observed.voxel_size);
+  window.forEachSample([&](std::size_t n, std::size_t m) {
+    const float distance = voxel * (outside.data()[n] - inside.data()[n]);
+    field.values.data()[n] = clampedTo(options, with_sign && isNegative(observed, m) ? -distance : distance);
+  });
   return field;
 }
 
@@ -103,13 +141,20 @@ SampledField sampleTruncatedDistance(const ObservedGrid& observed, const BuildOp
   const ProgressStep step(progress, "distance");
   const Window window(observed, options.margin);
   SampledField field = emptyField(window.geometry());
+  Marks positive(shapeOf(field.geometry.dims)), negative(shapeOf(field.geometry.dims));
+  window.forEachSample([&](std::size_t n, std::size_t m) {
+    field.known[n] = observed.state[m] != Observation::kUnknown ? 1 : 0;
+    if (!field.known[n]) return;
+    (isNegative(observed, m) ? negative : positive).data()[n] = 1;
+  });
+  const auto to_positive = distanceTo(positive);
+  step.report(0.4);
+  const auto to_negative = distanceTo(negative);
+  step.report(0.8);
   const auto truncation = static_cast<float>(observed.truncation);
   window.forEachSample([&](std::size_t n, std::size_t m) {
-    const Observation state = observed.state[m];
-    field.known[n] = state != Observation::kUnknown ? 1 : 0;
-    float value = truncation;
-    if (state == Observation::kBand) value = observed.tsdf[m];
-    if (state == Observation::kInterior) value = -truncation;
+    float value = to_positive.data()[n] <= to_negative.data()[n] ? truncation : -truncation;
+    if (observed.state[m] == Observation::kBand) value = observed.tsdf[m];
     field.values.data()[n] = clampedTo(options, value);
   });
   if (options.support_mask) {

@@ -1,3 +1,4 @@
+#include "ttsdf_localization/geometry/local_origin.h"
 #include "ttsdf_localization/map/tt_sdf_map.h"
 #include "ttsdf_localization/signed_field/field_bricks.h"
 #include "ttsdf_localization/signed_field/sampled_field.h"
@@ -12,7 +13,11 @@ namespace {
 /// The mesh in the map frame; the grid's samples sit at integers.
 SurfaceMesh inMapFrame(SurfaceMesh mesh, const GridGeometry& geometry) {
   const Eigen::Matrix3f A = (geometry.voxel_size * geometry.T_map_grid.linear()).cast<float>();
-  mesh.vertices = (A * mesh.vertices).colwise() + geometry.T_map_grid.translation().cast<float>();
+  const Eigen::Vector3d low = geometry.samplePosition(Eigen::Vector3d::Zero());
+  const Eigen::Vector3d high = geometry.samplePosition((geometry.dims - 1).cast<double>().matrix());
+  mesh.origin = localOrigin(low.cwiseMin(high), low.cwiseMax(high));
+  mesh.vertices =
+      (A * mesh.vertices).colwise() + (geometry.T_map_grid.translation() - mesh.origin).cast<float>();
   return mesh;
 }
 
@@ -47,7 +52,10 @@ SurfaceMesh zeroLevel(const DenseTensor& values, const SupportMask& mask, const 
 
 SurfaceMesh extractSurface(const TsdfVolume& volume) {
   if (volume.empty()) return {};
-  return observedSurface(observedGrid(volume, 2, volume.options().threads), kMinSurfacePiece).mesh;
+  SurfaceMesh mesh =
+      observedSurface(observedGrid(volume, 2, volume.options().threads), kMinSurfacePiece).mesh;
+  mesh.origin = volume.origin();
+  return mesh;
 }
 
 SurfaceMesh extractSurface(const SampledField& field) {

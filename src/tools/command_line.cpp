@@ -8,6 +8,8 @@
 #include <set>
 #include <sstream>
 
+#include "ttsdf_localization/tools/option_file.h"
+
 namespace ttsdf {
 
 namespace po = boost::program_options;
@@ -220,12 +222,7 @@ void CommandLine::Impl::assignPositionals() {
 
 void CommandLine::Impl::applyConfig() {
   if (config.empty()) return;
-  YAML::Node root;
-  try {
-    root = YAML::LoadFile(config);
-  } catch (const YAML::Exception& error) {
-    throw std::runtime_error("cannot read option file '" + config + "': " + error.what());
-  }
+  const YAML::Node root = loadOptionFile(config);
   if (root.IsNull()) return;
   if (!root.IsMap()) throw UsageError("option file '" + config + "': got no map of keys to values");
   try {

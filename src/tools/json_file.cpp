@@ -3,9 +3,11 @@
 #include <json/reader.h>
 #include <json/writer.h>
 
-#include <fstream>
 #include <memory>
 #include <stdexcept>
+#include <vector>
+
+#include "ttsdf_localization/files/file_writer.h"
 
 namespace ttsdf {
 
@@ -27,9 +29,8 @@ std::string toText(const Json::Value& value) {
 }
 
 void writeJson(const std::string& path, const Json::Value& value) {
-  std::ofstream out(path);
-  out << toText(value);
-  if (!out.flush()) throw std::runtime_error("'" + path + "': cannot write");
+  const std::string text = toText(value);
+  writeFileAtomically(path, std::vector<std::uint8_t>(text.begin(), text.end()));
 }
 
 }  // namespace ttsdf

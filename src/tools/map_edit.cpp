@@ -47,17 +47,18 @@ SupportMask croppedMask(const SupportMask& mask, const Dims& begin, const Dims& 
 class Layer {
  public:
   Layer(const TtSdfMap& map, const Eigen::Isometry3d& T_map_common)
-      : field_(makeField(map)), T_map_common_(T_map_common.cast<float>()) {}
+      : field_(makeField(map)), T_map_common_(T_map_common) {}
 
-  const FieldSamples& ask(const Eigen::Matrix3Xf& points_common) {
+  const FieldSamples& ask(const Eigen::Matrix3Xd& points_common) {
+    const Eigen::Isometry3d T = relativeTo(field_->geometry(), T_map_common_);
     samples_ = field_->evaluate(
-        Eigen::Matrix3Xf((T_map_common_ * points_common.colwise().homogeneous()).topRows<3>()));
+        Eigen::Matrix3Xf(((T.linear() * points_common).colwise() + T.translation()).cast<float>()));
     return samples_;
   }
 
  private:
   std::unique_ptr<TtDistanceField> field_;
-  Eigen::Isometry3f T_map_common_;
+  Eigen::Isometry3d T_map_common_;
   FieldSamples samples_;
 };
 
@@ -76,12 +77,11 @@ class Merger {
                                                        : std::max(a.truncation, a.geometry.voxel_size))) {}
 
   void fill(int j, Eigen::Ref<Eigen::MatrixXf> slab) {
-    Eigen::Matrix3Xf points(3, slab.rows());
+    Eigen::Matrix3Xd points(3, slab.rows());
     for (Eigen::Index k = 0; k < slab.cols(); ++k) {
       for (Eigen::Index i = 0; i < slab.rows(); ++i) {
         points.col(i) =
-            geometry_.samplePosition(index(static_cast<int>(i), j, static_cast<int>(k)).cast<double>())
-                .cast<float>();
+            geometry_.samplePosition(index(static_cast<int>(i), j, static_cast<int>(k)).cast<double>());
       }
       const FieldSamples& a = first_.ask(points);
       const FieldSamples& b = second_.ask(points);

@@ -1,12 +1,5 @@
 #include "ttsdf_localization/tools/scan_io.h"
 
-#include <pcl/console/print.h>
-#include <pcl/exceptions.h>
-#include <pcl/io/pcd_io.h>
-#include <pcl/io/ply_io.h>
-#include <pcl/point_types.h>
-
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
@@ -14,76 +7,13 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "ttsdf_localization/readers/cloud_file.h"
+
 namespace ttsdf {
 
 namespace fs = std::filesystem;
 
 namespace {
-
-ScanPoints readBinary(const std::string& path) {
-  constexpr std::uintmax_t kPointBytes = 3 * sizeof(float);
-  std::error_code error;
-  const auto bytes = fs::file_size(path, error);
-  if (error) throw std::runtime_error("scan '" + path + "': cannot read: " + error.message());
-  if (bytes % kPointBytes != 0) {
-    throw std::runtime_error("scan '" + path + "': got " + std::to_string(bytes) +
-                             " bytes, wanted a multiple of 12 (float32 x y z)");
-  }
-  ScanPoints points(3, static_cast<Eigen::Index>(bytes / kPointBytes));
-  std::ifstream in(path, std::ios::binary);
-  in.read(reinterpret_cast<char*>(points.data()), static_cast<std::streamsize>(bytes));
-  if (!in) throw std::runtime_error("scan '" + path + "': cannot read");
-  return points;
-}
-
-/// PCL writes its complaints to the console; the exceptions here say what matters.
-class QuietPcl {
- public:
-  QuietPcl() { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }
-  ~QuietPcl() { pcl::console::setVerbosityLevel(verbosity_); }
-
- private:
-  pcl::console::VERBOSITY_LEVEL verbosity_ = pcl::console::getVerbosityLevel();
-};
-
-template <class Reader>
-pcl::PCLPointCloud2 readBlob(const std::string& path, const char* format) {
-  const QuietPcl quiet;
-  Reader reader;
-  pcl::PCLPointCloud2 blob;
-  Eigen::Vector4f origin;
-  Eigen::Quaternionf orientation;
-  int version = 0, type = 0;
-  unsigned int data_start = 0;
-  // The header first: PCL's readers crash on a file that names no field.
-  const int header = reader.readHeader(path, blob, origin, orientation, version, type, data_start);
-  if (header < 0 || blob.fields.empty()) {
-    throw std::runtime_error("scan '" + path + "': got no " + format + " header");
-  }
-  for (const char* field : {"x", "y", "z"}) {
-    if (pcl::getFieldIndex(blob, field) < 0) {
-      throw std::runtime_error("scan '" + path + "': got no field '" + field + "', wanted x, y and z");
-    }
-  }
-  if (reader.read(path, blob, origin, orientation, version) < 0) {
-    throw std::runtime_error("scan '" + path + "': got a damaged " + format + " file");
-  }
-  return blob;
-}
-
-ScanPoints readWithPcl(const std::string& path, bool pcd) {
-  pcl::PointCloud<pcl::PointXYZ> cloud;
-  try {
-    pcl::fromPCLPointCloud2(
-        pcd ? readBlob<pcl::PCDReader>(path, "PCD") : readBlob<pcl::PLYReader>(path, "PLY"), cloud);
-  } catch (const pcl::PCLException& error) {
-    throw std::runtime_error("scan '" + path + "': " + error.what());
-  }
-  ScanPoints points(3, static_cast<Eigen::Index>(cloud.size()));
-  for (Eigen::Index n = 0; n < points.cols(); ++n)
-    points.col(n) = cloud[static_cast<std::size_t>(n)].getVector3fMap();
-  return points;
-}
 
 std::string quoted(const std::string& cell) {
   if (cell.find_first_of(",\"\n") == std::string::npos) return cell;
@@ -92,17 +22,39 @@ std::string quoted(const std::string& cell) {
   return result + '"';
 }
 
+/// Words between blanks; a word may stand in double quotes, with blanks inside ("" or \\" is a quote).
+std::vector<std::string> wordsOf(const std::string& line, const std::string& path, std::size_t number) {
+  std::vector<std::string> words;
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  for (std::size_t n = 0; n < line.size();) {
+    if (blank(line[n])) {
+      ++n;
+      continue;
+    }
+    std::string word;
+    if (line[n] != '"') {
+      while (n < line.size() && !blank(line[n])) word += line[n++];
+    } else {
+      for (++n;; ++n) {
+        if (n >= line.size()) {
+          throw std::runtime_error("batch list '" + path + "', line " + std::to_string(number) +
+                                   ": got a quote that does not end");
+        }
+        const bool escaped = n + 1 < line.size() && line[n + 1] == '"' && (line[n] == '\\' || line[n] == '"');
+        if (escaped) ++n;
+        if (line[n] == '"' && !escaped) break;
+        word += line[n];
+      }
+      ++n;
+    }
+    words.push_back(std::move(word));
+  }
+  return words;
+}
+
 }  // namespace
 
-ScanPoints readScan(const std::string& path) {
-  std::string extension = fs::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (!fs::is_regular_file(path)) throw std::runtime_error("scan '" + path + "': got no such file");
-  if (extension == ".bin") return readBinary(path);
-  if (extension == ".pcd" || extension == ".ply") return readWithPcl(path, extension == ".pcd");
-  throw std::runtime_error("scan '" + path + "': got ending '" + extension + "', wanted .pcd, .ply or .bin");
-}
+ScanPoints readScan(const std::string& path) { return readScanFile(path); }
 
 std::vector<BatchEntry> readBatch(const std::string& path) {
   std::ifstream in(path);
@@ -110,13 +62,12 @@ std::vector<BatchEntry> readBatch(const std::string& path) {
   std::vector<BatchEntry> entries;
   std::string line;
   for (std::size_t number = 1; std::getline(in, line); ++number) {
-    std::istringstream stream(line);
-    std::vector<std::string> words;
-    for (std::string word; stream >> word;) words.push_back(word);
+    const std::vector<std::string> words = wordsOf(line, path, number);
     if (words.empty() || words[0][0] == '#') continue;
     if (words.size() < 2 || words.size() > 3) {
       throw std::runtime_error("batch list '" + path + "', line " + std::to_string(number) + ": got " +
-                               std::to_string(words.size()) + " words, wanted: scan prior [truth]");
+                               std::to_string(words.size()) +
+                               " words, wanted: scan prior [truth] (names with blanks in double quotes)");
     }
     BatchEntry entry{words[0], words[1], std::nullopt};
     if (words.size() == 3 && words[2] != "-") entry.truth = words[2];

@@ -1,58 +1,61 @@
-// From depth frames, a mesh or a .vdb file to a compressed map.
+// From depth frames, a mesh, a cloud, a .vdb file or an octree to a compressed map.
 
 #include <json/json.h>
 
-#include <chrono>
+#include <array>
 #include <cstdio>
-#include <fstream>
 #include <iostream>
 
-#include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/mapping/map_builder.h"
-#include "ttsdf_localization/mesh/mesh_sampling.h"
+#include "ttsdf_localization/tools/build_sources.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/json_file.h"
 #include "ttsdf_localization/tools/progress.h"
 
 namespace {
 
-struct Arguments {
-  std::string frames, mesh, vdb, output, report, save_vdb;
-  double depth_scale = 1000.0, scale = 1.0;
-  int every = 10, offset = 0;
-  ttsdf::FusionOptions fusion;
-  ttsdf::BuildOptions build;
-};
-
-struct Source {
-  std::size_t frames = 0;
-  std::vector<std::string> skipped;
-  double seconds = 0.0;
-};
-
-void declare(ttsdf::CommandLine& line, Arguments& a) {
+void declare(ttsdf::CommandLine& line, ttsdf::BuildArguments& a) {
   line.value("frames", "DIR", a.frames,
-             "Folder with frame-NNNNNN.depth.png (16 bit), frame-NNNNNN.pose.txt (4x4 row-major "
-             "camera-to-world) and "
-             "camera-intrinsics.txt (3x3).")
-      .value("mesh", "FILE", a.mesh, "Mesh: .ply, .obj or .off.")
+             "Folder of depth frames with poses. Its layout is found out: 7-Scenes / 3DMatch "
+             "(frame-NNNNNN.depth.png, "
+             "frame-NNNNNN.pose.txt, camera-intrinsics.txt), BundleFusion, ScanNet, TUM RGB-D, Redwood / "
+             "Open3D, ICL-NUIM, "
+             "Replica.")
+      .value("mesh", "FILE", a.mesh, "Mesh: .ply, .obj, .off, .stl, .gltf or .glb.")
       .value("vdb", "FILE", a.vdb, "Level set or truncated signed distance grid (OpenVDB).")
+      .value("cloud", "FILE", a.cloud,
+             "Points of surfaces: .pcd, .ply, .xyz, .csv or .bin; normals are used or estimated.")
+      .value("cloud-from", "SIDE", a.cloud_from,
+             "Where free space is for a cloud without normals and viewpoint: inside (rooms) or outside "
+             "(objects).")
+      .value("octomap", "FILE", a.octomap, "Octree of octomap: .bt or .ot.")
+      .value("grid", "NAME", a.grid, "Grid of the .vdb file, where it holds several.")
       .value("output", "MAP.ttsdf", a.output, "The map.")
       .value("report", "REPORT.json", a.report, "Figures of the build.")
       .value("save-vdb", "FILE", a.save_vdb, "Keeps the uncompressed truncated signed distance volume.")
-      .value("depth-scale", "N", a.depth_scale, "Units of the depth images per metre.")
+      .value("depth-scale", "N", a.depth_scale,
+             "Units of the depth images per metre; 0: as the layout has it (1000; TUM and ICL-NUIM 5000).")
+      .value("poses", "DIRECTION", a.poses, "What the poses map: camera-to-world or world-to-camera.")
+      .value("camera-axes", "AXES", a.camera_axes,
+             "opencv (x right, y down, z forward) or opengl (x right, y up, z backward).")
+      .value("pose-scale", "S", a.pose_scale, "Metres per unit of the poses.")
+      .value("stamp-shift", "SECONDS", a.stamp_shift,
+             "Added to the stamps of images before their poses are looked up.")
+      .value("intrinsics", "FX,FY,CX,CY", a.intrinsics, "Instead of those of the folder.")
+      .flag("trust-frames", a.trust_frames, "Builds even if the frames contradict one another.")
       .value("every", "N", a.every, "Takes the frames whose index % N is the offset.")
       .value("offset", "M", a.offset, "See --every.")
-      .value("scale", "S", a.scale, "Metres per unit of the mesh.")
+      .value("scale", "S", a.scale, "Metres per unit of the mesh, cloud, .vdb file or octree.")
       .options("fusion", ttsdf::fusionOptionTable(), a.fusion)
       .options("build", ttsdf::buildOptionTable(), a.build);
 }
 
-void check(const Arguments& a) {
-  const int sources = !a.frames.empty() + !a.mesh.empty() + !a.vdb.empty();
+void check(const ttsdf::BuildArguments& a) {
+  const int sources =
+      !a.frames.empty() + !a.mesh.empty() + !a.vdb.empty() + !a.cloud.empty() + !a.octomap.empty();
   if (sources != 1) {
     throw ttsdf::UsageError("got " + std::to_string(sources) +
-                            " sources, wanted one of --frames, --mesh, --vdb");
+                            " sources, wanted one of --frames, --mesh, --cloud, --vdb, --octomap");
   }
   if (a.output.empty()) throw ttsdf::UsageError("--output is missing");
   if (a.every < 1 || a.offset < 0 || a.offset >= a.every) {
@@ -66,7 +69,22 @@ void check(const Arguments& a) {
     throw ttsdf::UsageError(
         "got --field tsdf with --mesh, wanted --clamp-negative and --clamp-positive: a mesh is not fused");
   }
-  if (!(a.depth_scale > 0.0)) throw ttsdf::UsageError("--depth-scale: wanted a number above 0");
+  if (a.vdb.empty() && !a.grid.empty()) throw ttsdf::UsageError("got --grid without --vdb");
+  if (!a.frames.empty() && a.scale != 1.0) {
+    throw ttsdf::UsageError(
+        "got --scale with --frames, wanted --depth-scale (units of the depth images per metre)");
+  }
+  if (!(a.depth_scale >= 0.0)) throw ttsdf::UsageError("--depth-scale: wanted a number above 0");
+  if (!(a.pose_scale > 0.0)) throw ttsdf::UsageError("--pose-scale: wanted a number above 0");
+  if (a.cloud_from != "inside" && a.cloud_from != "outside") {
+    throw ttsdf::UsageError("--cloud-from: got '" + a.cloud_from + "', wanted inside or outside");
+  }
+  if (a.poses != "camera-to-world" && a.poses != "world-to-camera") {
+    throw ttsdf::UsageError("--poses: got '" + a.poses + "', wanted camera-to-world or world-to-camera");
+  }
+  if (a.camera_axes != "opencv" && a.camera_axes != "opengl") {
+    throw ttsdf::UsageError("--camera-axes: got '" + a.camera_axes + "', wanted opencv or opengl");
+  }
   if (!(a.scale > 0.0)) throw ttsdf::UsageError("--scale: wanted a number above 0");
   try {
     ttsdf::validate(a.build);
@@ -75,57 +93,35 @@ void check(const Arguments& a) {
   }
 }
 
-ttsdf::TsdfVolume fuseFrames(const Arguments& a, ttsdf::Progress& progress, Source& source) {
-  const ttsdf::FrameFolder folder(a.frames, a.depth_scale);
-  const auto selected = folder.select(a.every, a.offset);
-  ttsdf::TsdfVolume volume(a.fusion);
-  for (std::size_t n = 0; n < selected.size(); ++n) {
-    progress.update("fusing frames", static_cast<double>(n) / static_cast<double>(selected.size()));
-    try {
-      const auto T_map_camera = folder.pose(selected[n]);
-      volume.integrate(folder.depth(selected[n]), folder.intrinsics(), T_map_camera);
-      ++source.frames;
-    } catch (const std::exception& error) {
-      progress.note(std::string("ttsdf_build: warning: frame skipped: ") + error.what());
-      source.skipped.emplace_back(error.what());
+/// One entry for each frame that was compared.
+Json::Value differences(const ttsdf::BuildSource& source) {
+  static const std::array<const char*, 3> kOutcomes = {{"compared", "no_overlap", "contradicts"}};
+  Json::Value list(Json::arrayValue);
+  for (const auto& d : source.differences) {
+    Json::Value entry;
+    entry["frame"] = source.indices.at(d.frame);
+    entry["outcome"] = kOutcomes.at(static_cast<std::size_t>(d.outcome));
+    entry["overlap"] = d.overlap;
+    if (d.outcome == ttsdf::FrameDifference::Outcome::kCompared) {
+      entry["position_m"] = d.translation(), entry["rotation_rad"] = d.rotation();
+      for (int k = 0; k < 6; ++k) entry["step"].append(d.step[k]);
+      for (int k = 0; k < 36; ++k) entry["cov"].append(d.covariance(k / 6, k % 6));
+      for (int k = 0; k < 3; ++k) entry["centroid"].append(d.centroid[k]);
     }
+    list.append(entry);
   }
-  if (source.frames == 0) {
-    throw std::runtime_error("frames folder '" + a.frames + "': got no usable frame with index % " +
-                             std::to_string(a.every) + " == " + std::to_string(a.offset) + " (" +
-                             std::to_string(source.skipped.size()) + " skipped), wanted at least one");
-  }
-  return volume;
+  return list;
 }
 
-double secondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-ttsdf::BuiltMap buildFromVolume(const Arguments& a, ttsdf::Progress& progress, Source& source,
-                                const ttsdf::BuildProgress& show) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto volume =
-      a.vdb.empty() ? fuseFrames(a, progress, source) : ttsdf::TsdfVolume::fromVdbFile(a.vdb, a.fusion);
-  source.seconds = secondsSince(start);
-  if (!a.save_vdb.empty()) volume.saveVdb(a.save_vdb);
-  return ttsdf::buildMap(volume, a.build, show);
-}
-
-ttsdf::BuiltMap buildFromMesh(const Arguments& a, Source& source, const ttsdf::BuildProgress& show) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto field = ttsdf::sampleMesh(ttsdf::readMesh(a.mesh, a.scale), a.fusion.voxel_size, a.build, show);
-  source.seconds = secondsSince(start);
-  return ttsdf::compress(field, a.fusion, a.build, show);
-}
-
-Json::Value report(const ttsdf::BuiltMap& built, const Source& source) {
+Json::Value report(const ttsdf::BuiltMap& built, const ttsdf::BuildSource& source) {
   Json::Value root = ttsdf::parseJson(ttsdf::toJson(built.report), "build report");
   root["frames_used"] = static_cast<Json::UInt64>(source.frames);
   root["frames_skipped"] = static_cast<Json::UInt64>(source.skipped.size());
   root["skipped"] = Json::arrayValue;
   for (const auto& reason : source.skipped) root["skipped"].append(reason);
   root["seconds"]["read_and_fuse"] = source.seconds;
+  root["seconds"]["compare_frames"] = source.comparing;
+  root["frame_differences"] = differences(source);
   root["map_id"] = ttsdf::fileInfo(built.bytes.data(), built.bytes.size()).map_id;
   return root;
 }
@@ -136,25 +132,29 @@ void printSummary(const ttsdf::BuiltMap& built) {
       "%d x %d x %d voxels of %g m, ranks %d and %d, %s: %zu bytes; error near the surface %.1f mm rms\n",
       dims[0], dims[1], dims[2], built.map.geometry.voxel_size, built.report.rank1, built.report.rank2,
       built.report.encoding.c_str(), built.bytes.size(), 1e3 * built.report.surface_rms);
+  const auto& agreement = built.map.agreement;
+  if (agreement.known()) {
+    std::printf("its frames agree to %.1f mm and %.1f mrad (median of %d compared)\n",
+                1e3 * agreement.position_median, 1e3 * agreement.rotation_median, agreement.compared);
+  }
 }
 
 int run(int argc, char** argv) {
-  Arguments a;
+  ttsdf::BuildArguments a;
   ttsdf::CommandLine line("ttsdf_build",
-                          "(--frames DIR | --mesh FILE | --vdb FILE) --output MAP.ttsdf [options]",
+                          "(--frames DIR | --mesh FILE | --cloud FILE | --vdb FILE | --octomap FILE) "
+                          "--output MAP.ttsdf [options]",
                           "Builds a compressed map.");
   declare(line, a);
   if (!line.parse(argc, argv, std::cout)) return 0;
   check(a);
-  ttsdf::Progress progress;
-  Source source;
-  const ttsdf::BuildProgress show = [&progress](const std::string& step, double share) {
-    progress.update(step, share);
-    return true;
-  };
-  const auto built =
-      a.mesh.empty() ? buildFromVolume(a, progress, source, show) : buildFromMesh(a, source, show);
-  ttsdf::writeFileAtomically(a.output, built.bytes);
+  ttsdf::requireWritable(a.output, ttsdf::kMapFile);  // before the work, not after it
+  if (!a.save_vdb.empty()) ttsdf::requireWritable(a.save_vdb, ttsdf::kVdbFile);
+  if (!a.report.empty()) ttsdf::requireWritable(a.report);
+  ttsdf::Progress progress("ttsdf_build");
+  ttsdf::BuildSource source;
+  const auto built = ttsdf::buildFromSource(a, progress, source);
+  ttsdf::writeFileAtomically(a.output, built.bytes, ttsdf::kMapFile);
   if (!a.report.empty()) ttsdf::writeJson(a.report, report(built, source));
   printSummary(built);
   return 0;

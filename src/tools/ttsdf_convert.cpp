@@ -3,8 +3,8 @@
 #include <iostream>
 #include <sstream>
 
+#include "ttsdf_localization/compression/map_writer.h"
 #include "ttsdf_localization/frames/frame_folder.h"
-#include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/map_edit.h"
 

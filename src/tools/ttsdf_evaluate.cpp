@@ -8,12 +8,14 @@
 #include "ttsdf_localization/evaluation/sweep.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/progress.h"
+#include "ttsdf_localization/tools/scan_io.h"
 
 namespace {
 
 struct Arguments {
   std::string map, frames, dataset, output, translations = "0.05,0.1,0.2,0.5,1.0",
-                                            rotations = "0.01,0.02,0.05,0.1,0.25", map_down, map_mesh, memory;
+                                            rotations = "0.01,0.02,0.05,0.1,0.25", map_down, map_mesh,
+                                            map_cloud, memory;
   std::vector<std::string> methods;
   double depth_scale = 1000.0, cell = 0.05, gravity_sigma = 0.1;
   int every = 10, offset = 5, stride = 8, map_every = 10, map_offset = 0, map_stride = 2, directions = 5,
@@ -28,11 +30,11 @@ void declare(ttsdf::CommandLine& line, Arguments& a) {
   line.value("map", "MAP.ttsdf", a.map, "The map of the methods that name none.")
       .value("frames", "DIR", a.frames, "Frames folder with the scans and their true poses.")
       .value("output", "LOG.csv", a.output, "One row per estimate. What it already holds is not run again.")
-      .value(
-          "methods", "SPEC", a.methods,
-          "[label=]kind[:key=value,...], any number. Kinds: prior, track, search, global, icp, icp_plane, "
-          "gicp, ndt, "
-          "fpfh_ransac, fpfh_fgr. Keys: map, interpolation, dense, and every option below. (default track)")
+      .value("methods", "SPEC", a.methods,
+             "[label=]kind[:key=value,...], any number. Kinds: prior, track, search, global, paper (its own "
+             "Gauss-Newton), icp, icp_plane, gicp, ndt (PCL), open3d_icp, open3d_icp_plane, fgr, ransac "
+             "(Open3D, where "
+             "installed). Keys: map, interpolation, dense, and every option below. (default track)")
       .value("dataset", "NAME", a.dataset,
              "Label of the data set in the log (default: name of the frames folder).")
       .value("every", "N", a.every, "Scans are the frames whose index % N is the offset.")
@@ -48,6 +50,7 @@ void declare(ttsdf::CommandLine& line, Arguments& a) {
       .value("repeat", "N", a.repeat, "Times are the median of as many calls.")
       .value("memory", "MEMORY.csv", a.memory, "Where to note the map memory of every method.")
       .value("map-mesh", "FILE", a.map_mesh, "Point cloud map from a mesh instead of frames.")
+      .value("map-cloud", "FILE", a.map_cloud, "Point cloud map from a file (.ply, .pcd), as it is.")
       .value("map-every", "N", a.map_every, "Point cloud map: the frames whose index % N is --map-offset.")
       .value("map-offset", "M", a.map_offset, "See --map-every.")
       .value("map-stride", "N", a.map_stride, "Point cloud map: every N-th pixel in both directions.")
@@ -91,6 +94,14 @@ std::vector<ttsdf::MethodSpec> methods(const Arguments& a) {
   return specs;
 }
 
+// Points without a direction to the sensor: for methods without descriptors.
+ttsdf::MapCloud cloudFromFile(const std::string& path) {
+  ttsdf::MapCloud cloud;
+  cloud.points = ttsdf::readScan(path);
+  cloud.towards_sensor = Eigen::Matrix3Xf::Zero(3, cloud.points.cols());
+  return cloud;
+}
+
 std::string datasetName(const Arguments& a) {
   if (!a.dataset.empty()) return a.dataset;
   const auto last = a.frames.find_last_not_of('/');
@@ -98,9 +109,14 @@ std::string datasetName(const Arguments& a) {
   return path.substr(path.rfind('/') + 1);
 }
 
-// A run that found everything in the log has filled no cache: what it would note is smaller than before.
-void noteMemory(const std::string& path, const ttsdf::SweepRun& sweep, const ttsdf::Method& method) {
-  ttsdf::MapMemory row{sweep.dataset, sweep.method, method.paperBytes(), method.memoryBytes()};
+// What the method gives back when it goes is what its map took: the map as loaded and all that the scans left
+// behind. A run that found everything in the log has filled no cache: what it would note is smaller than
+// before.
+void noteMemory(const std::string& path, const ttsdf::SweepRun& sweep,
+                std::unique_ptr<ttsdf::Method> method) {
+  ttsdf::MapMemory row{sweep.dataset, sweep.method, method->paperBytes(), ttsdf::heapBytes()};
+  method.reset();
+  row.memory_bytes -= std::min(row.memory_bytes, ttsdf::heapBytes());
   for (const auto& before : ttsdf::readMapMemory(path)) {
     const bool same = before.dataset == row.dataset && before.method == row.method;
     if (same) row.memory_bytes = std::max(row.memory_bytes, before.memory_bytes);
@@ -129,7 +145,7 @@ int run(int argc, char** argv) {
     a.defaults.map_down = *sweep.map_down;
   }
 
-  ttsdf::Progress progress;
+  ttsdf::Progress progress("ttsdf_evaluate");
   const ttsdf::FrameFolder folder(a.frames, a.depth_scale);
   progress.update("reading scans", 0.0);
   const auto scans = ttsdf::scansFromFrames(folder, scan_selection);
@@ -137,6 +153,7 @@ int run(int argc, char** argv) {
   a.defaults.map = a.map;
   a.defaults.map_cloud = [&] {
     progress.update("point cloud map", 0.0);
+    if (!a.map_cloud.empty()) return cloudFromFile(a.map_cloud);
     if (!a.map_mesh.empty()) return ttsdf::mapCloudFromMesh(ttsdf::readMesh(a.map_mesh), a.cell);
     return ttsdf::mapCloudFromFrames(folder, map_selection, a.cell);
   };
@@ -144,16 +161,12 @@ int run(int argc, char** argv) {
   ttsdf::SweepLog log(a.output);
   for (const auto& spec : specs) {
     sweep.method = spec.label;
-    const auto method = factory.make(spec);
+    auto method = factory.make(spec);
     ttsdf::runSweep(sweep, *method, scans.scans, plan, log, [&](double share) {
       progress.update(spec.label, share);
       return true;
     });
-    if (!a.memory.empty()) noteMemory(a.memory, sweep, *method);
-    if (!a.quiet) {
-      progress.note(spec.label + ": map " + std::to_string(method->paperBytes()) +
-                    " bytes by the paper's formula, " + std::to_string(method->memoryBytes()) + " in memory");
-    }
+    if (!a.memory.empty()) noteMemory(a.memory, sweep, std::move(method));
   }
   if (!a.quiet) std::cout << ttsdf::toTable(ttsdf::summarize(log.records()));
   return 0;

@@ -3,11 +3,15 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <iomanip>
 #include <iostream>
+#include <sstream>
 
+#include "ttsdf_localization/field/long_range_field.h"
 #include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/json_file.h"
+#include "ttsdf_localization/tools/map_memory.h"
 #include "ttsdf_localization/tools/spectra.h"
 
 namespace {
@@ -16,7 +20,7 @@ constexpr const char* kPlotScript = "plot_map";
 
 Json::Value toJson(const Eigen::Ref<const Eigen::VectorXd>& numbers) {
   Json::Value list(Json::arrayValue);
-  for (const double number : numbers) list.append(number);
+  for (Eigen::Index n = 0; n < numbers.size(); ++n) list.append(numbers[n]);
   return list;
 }
 
@@ -35,6 +39,32 @@ Json::Value metadata(const ttsdf::TtSdfMap& map) {
     }
   }
   return root;
+}
+
+Json::Value describe(const ttsdf::FrameAgreement& agreement) {
+  if (!agreement.known()) return Json::Value();
+  Json::Value root;
+  root["frames_compared"] = agreement.compared;
+  root["frames_contradicting"] = agreement.contradicting;
+  root["frames_without_overlap"] = agreement.without_overlap;
+  root["position_median_m"] = agreement.position_median;
+  root["position_90_m"] = agreement.position_90;
+  root["rotation_median_rad"] = agreement.rotation_median;
+  root["rotation_90_rad"] = agreement.rotation_90;
+  root["shift_sigma_m"] = agreement.shift;
+  root["turn_sensor_sigma_rad"] = agreement.turn_sensor;
+  root["turn_scene_sigma_rad"] = agreement.turn_scene;
+  return root;
+}
+
+/// What the map takes once it is prepared for registration.
+Json::Value memory(const ttsdf::TtSdfMap& map, double megabytes) {
+  ttsdf::TtFieldOptions options;
+  options.memory_megabytes = megabytes;
+  const auto field = ttsdf::makeField(map, options);
+  const auto far = ttsdf::makeLongRangeField(*field);
+  field->warmUp();
+  return ttsdf::memoryByPart(*field, far.get());
 }
 
 Json::Value describe(const ttsdf::TtSdfMap& map, const ttsdf::MapFileInfo& file, bool spectra) {
@@ -56,10 +86,10 @@ Json::Value describe(const ttsdf::TtSdfMap& map, const ttsdf::MapFileInfo& file,
   root["clamp_positive"] = map.clamp_positive;
   root["encoding"] = ttsdf::name(file.encoding);
   root["file_bytes"] = static_cast<Json::UInt64>(file.file_bytes);
-  root["memory_bytes"] = static_cast<Json::UInt64>(map.train.memoryBytes() + map.mask.memoryBytes());
   root["dense_bytes"] = static_cast<Json::UInt64>(geometry.voxelCount() * sizeof(float));
   root["supported_share"] = map.mask.empty() ? 1.0 : map.mask.supportedShare();
   root["map_id"] = file.map_id;
+  root["frame_agreement"] = describe(map.agreement);
   root["metadata"] = metadata(map);
   const auto& nested = root["metadata"];
   root["build_report"] =
@@ -98,6 +128,14 @@ void printPlain(const Json::Value& root, const std::string& indent = "") {
   }
 }
 
+std::string agreementSentence(const ttsdf::FrameAgreement& agreement) {
+  if (!agreement.known()) return "how far the frames of this map agree is unknown";
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(1) << "the frames of this map agree to "
+       << 1e3 * agreement.position_median << " mm / " << 1e3 * agreement.rotation_median << " mrad";
+  return text.str();
+}
+
 // The script lies beside the installed program, or in the source tree.
 std::string plotScript() {
   namespace fs = std::filesystem;
@@ -122,19 +160,24 @@ std::string plotScript() {
 int run(int argc, char** argv) {
   std::string map_path, picture;
   bool json = false, spectra = false;
+  double memory_megabytes = ttsdf::TtFieldOptions().memory_megabytes;
   ttsdf::CommandLine line("ttsdf_info", "MAP.ttsdf [--json] [--plot FILE.png]", "Says what a map holds.");
   line.positional("MAP.ttsdf", map_path)
       .flag("json", json, "Prints one JSON object.")
       .flag("spectra", spectra, "Also the singular values between the cores.")
+      .value("memory-megabytes", "N", memory_megabytes, "Bound on what the map takes in memory.")
       .value("plot", "FILE.png", picture, "Draws slices, surface and spectra (needs python3-matplotlib).");
   if (!line.parse(argc, argv, std::cout)) return 0;
   const auto map = ttsdf::loadMap(map_path);  // its errors name the file
   const auto bytes = ttsdf::readFile(map_path);
-  const auto root = describe(map, ttsdf::fileInfo(bytes.data(), bytes.size()), spectra);
+  auto root = describe(map, ttsdf::fileInfo(bytes.data(), bytes.size()), spectra);
+  root["memory"] = memory(map, memory_megabytes);
+  root["memory_bytes"] = root["memory"]["map_memory_bytes"];
   if (json) {
     std::cout << ttsdf::toText(root);
   } else {
     printPlain(root);
+    std::cout << agreementSentence(map.agreement) << '\n';
   }
   if (!std::cout.flush()) throw std::runtime_error("standard output: cannot write");
   if (!picture.empty()) plot(map_path, picture);

@@ -11,14 +11,14 @@
 
 namespace {
 
-Eigen::Matrix3Xf readPoints(std::istream& in, const std::string& name) {
-  std::vector<float> numbers;
+Eigen::Matrix3Xd readPoints(std::istream& in, const std::string& name) {
+  std::vector<double> numbers;
   std::string line;
   for (std::size_t number = 1; std::getline(in, line); ++number) {
     const auto first = line.find_first_not_of(" \t\r");
     if (first == std::string::npos || line[first] == '#') continue;
     std::istringstream words(line);
-    float x = 0.0f, y = 0.0f, z = 0.0f;
+    double x = 0.0, y = 0.0, z = 0.0;
     std::string rest;
     if (!(words >> x >> y >> z) || words >> rest) {
       throw std::runtime_error("points '" + name + "', line " + std::to_string(number) + ": got '" + line +
@@ -26,7 +26,7 @@ Eigen::Matrix3Xf readPoints(std::istream& in, const std::string& name) {
     }
     numbers.insert(numbers.end(), {x, y, z});
   }
-  return Eigen::Map<Eigen::Matrix3Xf>(numbers.data(), 3, static_cast<Eigen::Index>(numbers.size() / 3));
+  return Eigen::Map<Eigen::Matrix3Xd>(numbers.data(), 3, static_cast<Eigen::Index>(numbers.size() / 3));
 }
 
 int run(int argc, char** argv) {
@@ -48,7 +48,7 @@ int run(int argc, char** argv) {
   }
 
   const auto field = ttsdf::makeField(ttsdf::loadMap(map_path), options);
-  Eigen::Matrix3Xf points;
+  Eigen::Matrix3Xd points;
   if (points_path == "-") {
     points = readPoints(std::cin, "standard input");
   } else {
@@ -56,7 +56,7 @@ int run(int argc, char** argv) {
     if (!in) throw std::runtime_error("points '" + points_path + "': cannot read");
     points = readPoints(in, points_path);
   }
-  const auto samples = field->evaluate(points);
+  const auto samples = field->evaluate((points.colwise() - field->geometry().origin).cast<float>().eval());
   std::cout << std::setprecision(9);
   for (Eigen::Index n = 0; n < points.cols(); ++n) {
     const bool valid = samples.states[static_cast<std::size_t>(n)] == ttsdf::PointState::kValid;

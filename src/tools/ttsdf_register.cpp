@@ -4,22 +4,25 @@
 #include <fstream>
 #include <iostream>
 
-#include "ttsdf_localization/evaluation/method_factory.h"
+#include "ttsdf_localization/evaluation/method.h"
 #include "ttsdf_localization/evaluation/statistics.h"
 #include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/localization/pose_covariance.h"
 #include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/tools/command_line.h"
+#include "ttsdf_localization/tools/json_file.h"
+#include "ttsdf_localization/tools/map_memory.h"
 #include "ttsdf_localization/tools/progress.h"
 #include "ttsdf_localization/tools/scan_io.h"
 
 namespace {
 
 struct Arguments {
-  std::string map, batch, output, uncertainty, mode = "track", gravity, map_down, interpolation = "trilinear",
-      prior_sigma;
+  std::string map, batch, output, uncertainty, report, mode = "track", gravity, map_down,
+                                                       interpolation = "trilinear", prior_sigma;
   int repeat = 1;
   bool dense = false;
+  double memory_megabytes = ttsdf::TtFieldOptions().memory_megabytes;
   ttsdf::RegistrationOptions registration;
   ttsdf::SearchOptions search;
   ttsdf::GlobalOptions global;
@@ -44,6 +47,10 @@ void declare(ttsdf::CommandLine& line, Arguments& a) {
              "prior, and success tells whether that is good enough. Without it the priors count little.")
       .value("repeat", "N", a.repeat, "The time of a scan is the median of N registrations.")
       .value("interpolation", "KIND", a.interpolation, "trilinear, or nearest as in the paper.")
+      .value("report", "OUT.json", a.report,
+             "Memory of the map by part and of the process [bytes], load_seconds, median_ms and p99_ms.")
+      .value("memory-megabytes", "N", a.memory_megabytes,
+             "Bound on what the map takes in memory, everything counted; less is slower.")
       .flag("dense", a.dense, "Uses the decompressed field, for comparison.")
       .options("registration", ttsdf::registrationOptionTable(), a.registration)
       .options("search", ttsdf::searchOptionTable(), a.search)
@@ -98,10 +105,15 @@ class Task {
     return registration_.align(points, T_map_prior, prior_covariance_);
   }
 
+  Json::Value memory() const {
+    return ttsdf::memoryByPart(registration_.field(), registration_.longRangeField().get());
+  }
+
  private:
   static std::shared_ptr<const ttsdf::DistanceField> makeField(const Arguments& a,
                                                                const ttsdf::TtSdfMap& map) {
-    return ttsdf::makeEvaluationField(map, ttsdf::interpolationFromName(a.interpolation), a.dense);
+    return ttsdf::makeEvaluationField(map, ttsdf::interpolationFromName(a.interpolation), a.dense,
+                                      a.memory_megabytes);
   }
 
   const Arguments& arguments_;
@@ -134,11 +146,8 @@ ttsdf::RegistrationRow registerEntry(const Arguments& a, Task& task, const ttsdf
   return row;
 }
 
-/// Before hours of work, not after them.
-std::ofstream openForWriting(const std::string& path) {
-  std::ofstream file(path);
-  if (!file) throw std::runtime_error("'" + path + "': cannot write");
-  return file;
+double secondsSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 int run(int argc, char** argv) {
@@ -149,15 +158,17 @@ int run(int argc, char** argv) {
   if (!line.parse(argc, argv, std::cout)) return 0;
   check(a);
   const auto entries = ttsdf::readBatch(a.batch);
+  const std::size_t resident_before = ttsdf::residentBytes();
+  const auto loading = std::chrono::steady_clock::now();
   Task task(a, ttsdf::loadMap(a.map));
-  std::ofstream out = openForWriting(a.output);
+  const double load_seconds = secondsSince(loading);
+  const std::size_t resident_loaded = ttsdf::residentBytes(), peak_loaded = ttsdf::peakResidentBytes();
+  ttsdf::OutputFile out_file(a.output), uncertainty_file(a.uncertainty), report_file(a.report);
+  std::ostream &out = out_file.stream(), &uncertainty = uncertainty_file.stream();
   out << ttsdf::kRegistrationCsvHeader << '\n';
-  std::ofstream uncertainty;
-  if (!a.uncertainty.empty()) {
-    uncertainty = openForWriting(a.uncertainty);
-    ttsdf::writeUncertaintyHeader(uncertainty);
-  }
-  ttsdf::Progress progress;
+  if (!a.uncertainty.empty()) ttsdf::writeUncertaintyHeader(uncertainty);
+  std::vector<double> milliseconds;
+  ttsdf::Progress progress("ttsdf_register");
   std::string first_error;
   std::size_t unreadable = 0;
   for (std::size_t n = 0; n < entries.size(); ++n) {
@@ -173,10 +184,28 @@ int run(int argc, char** argv) {
       row.unreadable = true;
     }
     ttsdf::writeRow(out, row);
+    if (!row.unreadable) milliseconds.push_back(row.milliseconds);
     if (!a.uncertainty.empty()) ttsdf::writeUncertainty(uncertainty, row);
   }
-  if (!out.flush()) throw std::runtime_error("'" + a.output + "': cannot write");
-  if (!uncertainty.flush()) throw std::runtime_error("'" + a.uncertainty + "': cannot write");
+  if (!a.report.empty()) {
+    Json::Value report = task.memory();
+    report["resident_before_bytes"] = static_cast<Json::UInt64>(resident_before);
+    report["resident_loaded_bytes"] = static_cast<Json::UInt64>(resident_loaded);
+    report["resident_added_bytes"] =
+        static_cast<Json::Int64>(resident_loaded) - static_cast<Json::Int64>(resident_before);
+    report["peak_rss_loaded_bytes"] = static_cast<Json::UInt64>(peak_loaded);
+    report["peak_rss_bytes"] = static_cast<Json::UInt64>(ttsdf::peakResidentBytes());
+    report["load_seconds"] = load_seconds;
+    report["scans"] = static_cast<Json::UInt64>(milliseconds.size());
+    if (!milliseconds.empty()) {
+      report["median_ms"] = ttsdf::quantile(milliseconds, 0.5);
+      report["p99_ms"] = ttsdf::quantile(milliseconds, 0.99);
+    }
+    report_file.stream() << ttsdf::toText(report);
+  }
+  out_file.close();
+  uncertainty_file.close();
+  report_file.close();
   if (unreadable > 0) {
     throw std::runtime_error(std::to_string(unreadable) + " of " + std::to_string(entries.size()) +
                              " entries could not be read; first: " + first_error);

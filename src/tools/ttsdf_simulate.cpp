@@ -5,6 +5,7 @@
 
 #include "ttsdf_localization/evaluation/synthetic_frames.h"
 #include "ttsdf_localization/simulation/mesh_renderer.h"
+#include "ttsdf_localization/simulation/pose_noise.h"
 #include "ttsdf_localization/simulation/simulated_rig.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/progress.h"
@@ -16,6 +17,7 @@ struct Arguments {
   double depth_scale = 1000.0, size = 1.0, laps = 1.0;
   int frames = 200, views = 5;
   ttsdf::SimulatedRigOptions rig;
+  ttsdf::PoseNoiseOptions pose_noise;
 };
 
 void declare(ttsdf::CommandLine& line, Arguments& a) {
@@ -34,7 +36,8 @@ void declare(ttsdf::CommandLine& line, Arguments& a) {
       .options("camera", ttsdf::depthCameraOptionTable(), a.rig.camera)
       .options("mount", ttsdf::cameraMountOptionTable(), a.rig.mount)
       .options("path", ttsdf::trajectoryOptionTable(), a.rig.path)
-      .options("clutter", ttsdf::clutterOptionTable(), a.rig.clutter);
+      .options("clutter", ttsdf::clutterOptionTable(), a.rig.clutter)
+      .options("recorded poses", ttsdf::poseNoiseOptionTable(), a.pose_noise);
 }
 
 void check(const Arguments& a) {
@@ -48,10 +51,13 @@ void check(const Arguments& a) {
 int simulateWorld(const Arguments& a, ttsdf::Progress& progress) {
   ttsdf::SimulatedRig rig(a.rig);
   const ttsdf::FrameWriter writer(a.output, rig.camera().intrinsics(), a.depth_scale);
+  ttsdf::PoseNoise noise(a.pose_noise);
   for (int n = 0; n < a.frames; ++n) {
     progress.update("rendering", static_cast<double>(n) / a.frames);
     const auto state = rig.advance(a.laps * rig.trajectory().duration() * n / a.frames);
-    writer.write(n, rig.image(state), state.T_map_base * rig.cameraMount());
+    const Eigen::Isometry3d T_map_camera = state.T_map_base * rig.cameraMount();
+    writer.write(n, rig.image(state), noise.perturb(T_map_camera));
+    if (!a.pose_noise.none()) writer.writeTruth(n, T_map_camera);
   }
   return a.frames;
 }
@@ -63,10 +69,13 @@ int simulateMesh(const Arguments& a, ttsdf::Progress& progress) {
   const ttsdf::FrameWriter writer(a.output, intrinsics, a.depth_scale);
   ttsdf::writePly(mesh, a.output + "/mesh.ply");
   int index = 0;
+  ttsdf::PoseNoise noise(a.pose_noise);
   for (const auto& T_map_camera : ttsdf::viewsAround(radius, a.views, intrinsics)) {
     progress.update("rendering", static_cast<double>(index) / a.views);
     const auto image = ttsdf::renderMesh(mesh, a.rig.camera, T_map_camera, static_cast<std::uint64_t>(index));
-    writer.write(index++, image, T_map_camera);
+    writer.write(index, image, noise.perturb(T_map_camera));
+    if (!a.pose_noise.none()) writer.writeTruth(index, T_map_camera);
+    ++index;
   }
   return index;
 }
@@ -79,7 +88,7 @@ int run(int argc, char** argv) {
   if (!line.parse(argc, argv, std::cout)) return 0;
   check(a);
   if (line.given("sensor")) a.rig.camera.noise = ttsdf::depthNoise(a.sensor);
-  ttsdf::Progress progress;
+  ttsdf::Progress progress("ttsdf_simulate");
   const int written = a.mesh.empty() ? simulateWorld(a, progress) : simulateMesh(a, progress);
   std::printf("%s: %d frames\n", a.output.c_str(), written);
   return 0;

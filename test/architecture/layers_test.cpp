@@ -19,9 +19,9 @@ using Names = std::set<std::string>;
 const fs::path kRoot = TTSDF_SOURCE_DIR;
 
 /// What each folder may include of the other folders.
-const Names kCore = {"options", "geometry", "tensor", "field", "map"};
-const Names kWings = {"build_steps",  "frames", "fusion",  "surface",
-                      "signed_field", "mesh",   "mapping", "compression"};
+const Names kCore = {"files", "options", "geometry", "tensor", "field", "map"};
+const Names kWings = {"build_steps", "readers", "frames",      "fusion",    "surface", "signed_field",
+                      "mesh",        "mapping", "compression", "agreement", "exports"};
 
 Names operator+(Names a, const Names& b) {
   a.insert(b.begin(), b.end());
@@ -30,22 +30,27 @@ Names operator+(Names a, const Names& b) {
 
 const std::map<std::string, Names> kMayUse = {
     // the robot's library: it only reads maps
+    {"files", {}},
     {"options", {}},
     {"geometry", {}},
     {"tensor", {}},
-    {"field", {"tensor"}},
-    {"map", {"tensor", "field"}},
+    {"field", {"geometry", "tensor"}},
+    {"map", {"files", "geometry", "tensor", "field"}},
     {"registration", {"options", "geometry", "tensor", "field"}},
     {"localization", {"options", "geometry", "registration"}},
     // the builder's: from depth or a mesh to a compressed map
-    {"compression", {"tensor", "field", "map"}},
+    {"compression", {"files", "tensor", "field", "map"}},
+    {"readers", {}},
     {"build_steps", {"options"}},
-    {"frames", {"geometry"}},
-    {"fusion", {"options", "frames", "build_steps"}},
+    {"frames", {"geometry", "readers"}},
+    {"fusion", {"files", "options", "geometry", "frames", "build_steps", "readers"}},
     {"surface", {"tensor", "field", "build_steps"}},
-    {"signed_field", {"tensor", "field", "build_steps", "fusion", "surface"}},
-    {"mesh", {"tensor", "field", "build_steps", "surface", "signed_field"}},
+    {"signed_field", {"geometry", "tensor", "field", "map", "build_steps", "fusion", "surface"}},
+    {"mesh", {"readers", "geometry", "tensor", "field", "build_steps", "surface", "signed_field"}},
     {"mapping", {"tensor", "field", "map", "build_steps", "fusion", "signed_field", "compression"}},
+    {"agreement", {"options", "geometry", "field", "registration", "frames", "fusion"}},
+    {"exports", kCore + kWings},
+    {"pcl", kCore + Names{"registration"}},  // a header for others
     // plain types of depth images and meshes: no link to their library, checked below
     {"simulation", {"options", "geometry", "tensor", "field", "frames", "surface"}},
     {"evaluation", kCore + kWings + Names{"registration"}},
@@ -56,14 +61,16 @@ const std::map<std::string, Names> kMayUse = {
 
 /// Libraries that only some folders may include, by the first folder of the include.
 const std::map<std::string, Names> kOnlyIn = {
-    {"openvdb", {"fusion", "signed_field"}},
+    {"openvdb", {"agreement", "fusion", "signed_field", "exports"}},
+    {"octomap", {"exports"}},
     {"vigra", {"frames", "signed_field", "surface"}},
     {"assimp", {"mesh"}},
     {"tbb", {"build_steps", "fusion"}},
-    {"pcl", {"evaluation", "tools"}},
+    {"pcl", {"evaluation", "pcl"}},
+    {"open3d", {"evaluation"}},
     {"boost", {"tools", "ros", "nodes"}},
     {"yaml-cpp", {"tools", "ros"}},
-    {"json", {"tools"}},
+    {"json", {"tools", "ros"}},
 };
 
 struct Include {
@@ -134,6 +141,27 @@ TEST(Layers, NoArrowTurnsRound) {
     const std::string target = ownFolder(include.text);
     if (target.empty() || target == include.folder) continue;
     EXPECT_EQ(kMayUse.at(include.folder).count(target), 1u) << describe(include);
+  }
+}
+
+// What is not localization does not get into the localizer's node.
+TEST(Layers, FoldersOfTheRosLayerKeepTheirOrder) {
+  const std::map<std::string, Names> may_use = {
+      {"common", {}},
+      {"node", {"common"}},
+      {"offline", {"common", "node"}},
+      {"server", {"common"}},
+      {"operator", {"common"}},
+      {"builder", {"common", "server", "operator"}},
+      {"demo", {"common", "builder"}},
+  };
+  static const std::regex kRosFolder("^ros/([a-z]+)/.*\\.h$");
+  for (const Include& include : includes()) {
+    std::smatch match;
+    if (include.folder != "ros" || !std::regex_search(include.text, match, kRosFolder)) continue;
+    const std::string from = fs::relative(include.file, kRoot / "src" / "ros").begin()->string();
+    if (from == match[1]) continue;
+    EXPECT_EQ(may_use.at(from).count(match[1]), 1u) << describe(include);
   }
 }
 

@@ -26,9 +26,9 @@ def reference():
 
 
 def names():
-    for folder in ("src/ros", "src/nodes", "include/ttsdf_localization/ros"):
-        for path in sorted((REPOSITORY / folder).iterdir()):
-            if path.name not in OTHERS:
+    for folder in ("src/ros", "src/nodes"):
+        for path in sorted((REPOSITORY / folder).rglob("*")):
+            if path.is_file() and path.name not in OTHERS:
                 for name in NAMES.findall(path.read_text(encoding="utf-8")):
                     yield path.name, name
 

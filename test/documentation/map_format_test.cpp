@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "../map/file_surgery.h"
+#include "../map/first_form.h"
 #include "../map/room_map.h"
 
 namespace ttsdf {
@@ -43,16 +44,23 @@ class MapFormatPage : public ::testing::Test {
   /// A file, and beside it what a reader must find in it: fields, then samples (index, position, value,
   /// support).
   void writeCase(const std::string& name, const TtSdfMap& written, const EncodeOptions& options) {
-    const Bytes bytes = serialize(written, options);
+    writeCase(name, serialize(written, options));
+  }
+  void writeCase(const std::string& name, const Bytes& bytes) {
     const TtSdfMap map = deserialize(bytes.data(), bytes.size());
     writeFileAtomically((folder_ / (name + ".ttsdf")).string(), bytes);
     std::ofstream out(folder_ / (name + ".expected"));
     out << std::setprecision(17) << "map_id " << fileInfo(bytes.data(), bytes.size()).map_id << "\nencoding "
-        << ttsdf::name(options.encoding) << "\ndims " << map.geometry.dims.transpose() << "\nvoxel_size "
-        << map.geometry.voxel_size << "\nranks " << map.train.rank1() << ' ' << map.train.rank2()
-        << "\nfield " << ttsdf::name(map.kind) << "\ntruncation " << map.truncation << "\nclamp_negative "
-        << map.clamp_negative << "\nclamp_positive " << map.clamp_positive << "\nframe_id " << map.frame_id
-        << "\ncell_voxels " << map.mask.cellVoxels() << '\n';
+        << ttsdf::name(fileInfo(bytes.data(), bytes.size()).encoding) << "\ndims "
+        << map.geometry.dims.transpose() << "\nvoxel_size " << map.geometry.voxel_size << "\nranks "
+        << map.train.rank1() << ' ' << map.train.rank2() << "\nfield " << ttsdf::name(map.kind)
+        << "\ntruncation " << map.truncation << "\nclamp_negative " << map.clamp_negative
+        << "\nclamp_positive " << map.clamp_positive << "\nframe_id " << map.frame_id << "\ncell_voxels "
+        << map.mask.cellVoxels() << '\n';
+    const FrameAgreement& a = map.agreement;
+    out << "agreement " << a.compared << ' ' << a.contradicting << ' ' << a.without_overlap << ' '
+        << a.position_median << ' ' << a.position_90 << ' ' << a.rotation_median << ' ' << a.rotation_90
+        << ' ' << a.shift << ' ' << a.turn_sensor << ' ' << a.turn_scene << '\n';
     for (const auto& [key, value] : map.metadata) out << "metadata " << key << '=' << value << '\n';
     std::mt19937 random(5);
     for (int n = 0; n < 300; ++n) {
@@ -109,6 +117,11 @@ TEST_F(MapFormatPage, IsEnoughToReadEveryEncoding) {
   expectReaderAgrees();
 }
 
+TEST_F(MapFormatPage, IsEnoughToReadTheFirstForm) {
+  writeCase("first_form", test::kFirstForm);
+  expectReaderAgrees();
+}
+
 TEST_F(MapFormatPage, IsEnoughToReadOddShapes) {
   writeCase("one_voxel", test::roomMap(Dims(1, 1, 1), 1), test::encodeAs(Encoding::kQuantized, 0.01));
   writeCase("flat", test::roomMap(Dims(20, 1, 9), 3), test::encodeAs(Encoding::kQuantized, 0.01));
@@ -117,6 +130,7 @@ TEST_F(MapFormatPage, IsEnoughToReadOddShapes) {
   TtSdfMap bare = test::roomMap();
   bare.mask = {};
   bare.metadata.clear();
+  bare.agreement = {};
   bare.kind = FieldKind::kTsdf;
   writeCase("bare", bare, {});
   for (const int cell : {1, 2, 30}) {
@@ -190,9 +204,11 @@ TEST_F(MapFormatPage, NamesWhatIsRefusedInTheSections) {
   changed("frame", plain, "FIEL", 29, std::uint8_t{0xFF});
   changed("text_size", plain, "META", 0, std::uint32_t{(16u << 20) + 1});
   changed("text", plain, "META", 0, std::uint32_t{5});
+  changed("frames", plain, "AGRE", 4, std::uint32_t{(1u << 30) + 1});
+  changed("shift", plain, "AGRE", 44, -0.1);
   changed("cell", plain, "MASK", 0, std::uint32_t{0});
   changed("bucket", plain, "MASK", 4, std::uint32_t{77});
-  changed("encoding", plain, "CORE", 0, std::uint8_t{3});
+  changed("encoding", plain, "CORE", 0, std::uint8_t{4});
   changed("axes", plain, "CORE", 1, std::uint8_t{3});
   changed("rank", plain, "CORE", 4, std::uint32_t{0});
   changed("bytes", plain, "CORE", 4, std::uint32_t{2});

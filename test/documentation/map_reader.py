@@ -4,6 +4,7 @@ Written from the page and not from the C++ reader, so that each checks the other
 library only.
 """
 
+import bisect
 import lzma
 import struct
 import zlib
@@ -11,12 +12,13 @@ import zlib
 import numpy as np
 
 MAGIC = b"TTSDF\r\n\x1a"
-KNOWN_SECTIONS = ("GEOM", "FIEL", "CORE", "MASK", "META")
-ENCODINGS = ("float32", "float16", "quantized")
+KNOWN_SECTIONS = ("GEOM", "FIEL", "CORE", "MASK", "META", "AGRE")
+ENCODINGS = ("float32", "float16", "quantized-1", "quantized")
 MAX_EXTENT = 1 << 20
 MAX_NUMBERS = 1 << 26
 MAX_CELLS = 1 << 28
 MAX_TEXT = 16 << 20
+MAX_FRAMES = 1 << 30
 LZMA = [{"id": lzma.FILTER_LZMA1, "preset": 9 | lzma.PRESET_EXTREME, "dict_size": 1 << 20,
          "lc": 0, "lp": 0, "pb": 0}]
 
@@ -135,6 +137,17 @@ def read_field(payload):
             "clamp_positive": positive, "frame_id": frame_id}
 
 
+def read_agreement(payload):
+    """Three numbers of frames, then seven sizes."""
+    cursor = Cursor(payload)
+    counts = cursor.numbers("3I")
+    require(max(counts) <= MAX_FRAMES, "frames")
+    sizes = cursor.numbers("7d")
+    cursor.end()
+    require(all(np.isfinite(size) and size >= 0.0 for size in sizes), "sizes")
+    return [*counts, *sizes]
+
+
 def read_metadata(payload):
     cursor = Cursor(payload)
     size = cursor.number("I")
@@ -246,7 +259,153 @@ def read_coefficients(cursor, extents):
     return [part.reshape(block, order="F") for part, block in zip(np.split(values, ends[:-1]), extents)]
 
 
-def read_quantized(cursor, n1, n2, n3, r1, r2):
+SQUASH = (1, 2, 3, 6, 10, 16, 27, 45, 73, 120, 194, 310, 488, 747, 1101, 1546, 2047, 2549, 2994, 3348, 3607, 3785,
+          3901, 3975, 4022, 4050, 4068, 4079, 4085, 4089, 4092, 4093, 4094)
+LEVELS = (1, 2, 3, 4, 5, 6, 8, 11, 16, 23, 32, 45, 64, 91, 128, 181, 256, 362, 512, 724, 1024, 1448, 2048, 2896)
+
+
+def squash(x):
+    weight, n = x & 127, (x >> 7) + 16
+    return (SQUASH[n] * (128 - weight) + SQUASH[n + 1] * weight + 64) >> 7
+
+
+def stretch_table():
+    table = []
+    for x in range(-2047, 2048):
+        table += [x] * (squash(x) + 1 - len(table))
+    return table + [2047] * (4096 - len(table))
+
+
+STRETCH = stretch_table()
+
+
+def divide(a, b):
+    """Towards zero, as C does."""
+    return a // b if a >= 0 else -(-a // b)
+
+
+def level(scaled):
+    return min(23, bisect.bisect_right(LEVELS, scaled))
+
+
+class RangeCoded:
+    """Bits out of a range-coded stream."""
+
+    def __init__(self, cursor):
+        self.data, self.at, self.end = cursor.take(len(cursor.data) - cursor.at), 0, cursor
+        self.low, self.high, self.value = 0, 0xFFFFFFFF, 0
+        for _ in range(4):
+            self.value = self.value << 8 | self.next()
+
+    def next(self):
+        self.at += 1
+        return self.data[self.at - 1] if self.at <= len(self.data) else 0
+
+    def bit(self, probability):
+        middle = self.low + ((self.high - self.low) >> 12) * probability
+        one = self.value <= middle
+        if one:
+            self.high = middle
+        else:
+            self.low = middle + 1
+        while (self.low ^ self.high) >> 24 == 0:
+            self.low = self.low << 8 & 0xFFFFFFFF
+            self.high = self.high << 8 & 0xFFFFFFFF | 255
+            self.value = self.value << 8 & 0xFFFFFFFF | self.next()
+        return one
+
+
+class BitModel:
+    """Mixes the predictions of eight contexts."""
+
+    def __init__(self):
+        self.counters, self.weights = {}, {}
+
+    def read(self, stream, places, weight_set):
+        counters = [(n, place) for n, place in enumerate(places)]
+        states = [self.counters.get(key, (1 << 21, 0)) for key in counters]
+        inputs = [STRETCH[probability >> 10] for probability, _ in states]
+        weights = self.weights.setdefault(weight_set, [19660] * 8)
+        mixed = divide(sum(w * x for w, x in zip(weights, inputs)), 65536)
+        mixed = squash(max(-2047, min(2047, mixed)))
+        bit = stream.bit(max(1, min(4095, mixed)))
+        error = ((4096 if bit else 0) - mixed) * 50
+        target = (1 << 22) - 1 if bit else 0
+        for n, (probability, seen) in enumerate(states):
+            weights[n] += divide(inputs[n] * error, 65536)
+            probability += divide((target - probability) * (131072 // (2 * seen + 3)), 65536)
+            self.counters[counters[n]] = (probability, min(seen + 1, 127))
+        return bit
+
+
+def read_magnitude(stream, model, contexts, expected):
+    def decide(decision):
+        return model.read(stream, [(context, decision) for context in contexts], (decision, expected))
+
+    value = 0
+    while value < 16 and decide(value):
+        value += 1
+    if value < 16:
+        return value
+    length = 0
+    while length < 24 and decide(min(16 + length, 39)):
+        length += 1
+    number = 1
+    for _ in range(length):
+        number = number << 1 | stream.bit(2048)
+    return min(number - 1 + 16, (1 << 24) - 1)
+
+
+def read_box(stream, extents):
+    n0, n1, n2 = extents
+    values = np.zeros((n0 + 2, n1 + 3, n2 + 2), int)  # a border of zeros: -1 and -2 are beyond the end
+    signs = np.ones((n0, n1, n2), int)
+    model = BitModel()
+    entry = [[0] * n1 for _ in range(n0)]
+    row, column, across, row_sum, column_sum = [0] * n0, [0] * n1, [0] * n0, [0] * n0, [0] * n1
+    for c in range(n2):
+        row_before, column_before = [x // n1 for x in row_sum], [x // n0 for x in column_sum]
+        row_sum, column_sum = [0] * n0, [0] * n1
+        for b in range(n1):
+            require(stream.at <= len(stream.data), "stream of coefficients")
+            along = 0
+            for a in range(n0):
+                at = lambda i, j, k: int(values[i, j, k])
+                same, before = entry[a][b], at(a, b, c - 1)
+                beside = 2 * at(a - 1, b, c) + 2 * at(a, b - 1, c) + at(a - 1, b - 1, c) + at(a + 1, b - 1, c)
+                around = at(a + 1, b, c - 1) + at(a, b + 1, c - 1) + at(a - 1, b, c - 1) + at(a, b - 1, c - 1)
+                earlier = (2 * before + at(a, b, c - 2)) * 256 // 3
+                expected = level((5 * same + 5 * earlier + 10 * along + 6 * across[a] + 3 * column_before[b] +
+                                  3 * row_before[a]) // 32 // 16)
+                contexts = ((level(same // 16), level(16 * before)), (level(row[a] // 16), level(column[b] // 16)),
+                            (level(16 * beside // 6), level(4 * around)), (expected, level(16 * beside // 6)),
+                            (level(along // 16), level(across[a] // 16)),
+                            (level(earlier // 16), level(16 * (2 * at(a, b - 1, c) + at(a, b - 2, c)) // 3)),
+                            (level(column_before[b] // 16), level(row_before[a] // 16)), (expected, 0))
+                size = read_magnitude(stream, model, contexts, expected)
+                if size and stream.bit(2048):
+                    signs[a, b, c] = -1
+                values[a, b, c] = size
+                counted = min(size, 40) * 256
+                entry[a][b] = counted if c == 0 else same + divide(counted - same, 4)
+                row[a] += divide(counted - row[a], 16)
+                column[b] += divide(counted - column[b], 16)
+                along += divide(counted - along, 4)
+                across[a] += divide(counted - across[a], 4)
+                row_sum[a] += counted
+                column_sum[b] += counted
+    return signs * values[:n0, :n1, :n2]
+
+
+def read_range_coded(cursor, extents):
+    """Integer arrays of the given extents, first index fastest."""
+    stream = RangeCoded(cursor)
+    boxes = [read_box(stream, box) for box in extents]
+    require(stream.at == len(stream.data), "stream of coefficients")
+    return boxes
+
+
+def read_quantized(cursor, n1, n2, n3, r1, r2, read):
     def step():
         value = cursor.number("f")
         require(np.isfinite(value) and value > 0, "quantisation step")
@@ -257,7 +416,7 @@ def read_quantized(cursor, n1, n2, n3, r1, r2):
 
     middle_step, middle_offsets = step(), cursor.numbers("bb")
     first, last = basis(r1), basis(r2)
-    q1, q2, q3 = read_coefficients(cursor, [(n1, r1, 1), (r1, r2, n2), (n3, r2, 1)])
+    q1, q2, q3 = read(cursor, [(n1, r1, 1), (r1, r2, n2), (n3, r2, 1)])
 
     def decoded(q, basis):
         finest, offsets, coarseness = basis
@@ -272,13 +431,13 @@ def read_cores(payload, dims):
     """Encoding, mode order and the cores G1 [n1, r1], G2 [r1, r2, n2], G3 [n3, r2]."""
     cursor = Cursor(payload)
     encoding, *axes, r1, r2 = cursor.numbers("4BII")
-    require(encoding < 3, "encoding")
+    require(encoding < 4, "encoding")
     require(sorted(axes) == [0, 1, 2], "mode order")
     n1, n2, n3 = (dims[axis] for axis in axes)
     require(1 <= r1 <= min(n1, n2 * n3) and 1 <= r2 <= min(n3, n1 * n2) and
             n1 * r1 + r1 * n2 * r2 + r2 * n3 <= MAX_NUMBERS, "ranks")
-    if encoding == 2:
-        cores = read_quantized(cursor, n1, n2, n3, r1, r2)
+    if encoding >= 2:
+        cores = read_quantized(cursor, n1, n2, n3, r1, r2, read_coefficients if encoding == 2 else read_range_coded)
     else:
         kind = ("<f4", "<f2")[encoding]
 
@@ -303,6 +462,7 @@ def read_map(data):
     result["cell_voxels"], result["mask"] = (read_mask(found["MASK"], result["dims"])
                                              if "MASK" in found else (1, None))
     result["metadata"] = read_metadata(found["META"]) if "META" in found else {}
+    result["agreement"] = read_agreement(found["AGRE"]) if "AGRE" in found else None
     result.update(read_cores(found["CORE"], result["dims"]))
     return result
 
@@ -339,7 +499,7 @@ def main(path):
         print("%8d  %s" % (len(payload), name))
     print("%8d  bytes, map %s" % (len(data), field_map["map_id"]))
     for key in ("dims", "voxel_size", "field", "truncation", "clamp_negative", "clamp_positive", "frame_id",
-                "cell_voxels", "encoding", "axes", "ranks", "metadata"):
+                "cell_voxels", "encoding", "axes", "ranks", "metadata", "agreement"):
         print("%s: %s" % (key, field_map[key]))
 
 

@@ -19,6 +19,12 @@ def problems_of(path):
             samples.append([float(word) for word in text.split()])
         elif key == "metadata":
             name, _, metadata[name] = text.partition("=")
+        elif key == "agreement":
+            wanted = [float(word) for word in text.split()]
+            if wanted[0] == 0:
+                wanted = None
+            if found[key] != wanted:
+                yield "agreement: got %s, wanted %s" % (found[key], text)
         elif key in NUMBERS:
             if [float(word) for word in text.split()] != np.ravel(found[key]).tolist():
                 yield "%s: got %s, wanted %s" % (key, found[key], text)

@@ -8,13 +8,13 @@
 #include <iomanip>
 #include <sstream>
 
+#include "ros/builder/map_builder_options.h"
+#include "ros/common/localization_options.h"
+#include "ros/demo/demo_ros.h"
+#include "ros/demo/simulated_camera_options.h"
+#include "ros/operator/map_surface.h"
+#include "ros/operator/operator_menu.h"
 #include "ttsdf_localization/evaluation/method.h"
-#include "ttsdf_localization/ros/demo_ros.h"
-#include "ttsdf_localization/ros/localization_options.h"
-#include "ttsdf_localization/ros/map_builder_options.h"
-#include "ttsdf_localization/ros/map_surface.h"
-#include "ttsdf_localization/ros/operator_menu.h"
-#include "ttsdf_localization/ros/simulated_camera_options.h"
 
 namespace ttsdf {
 namespace {

@@ -20,7 +20,7 @@ with exit code 0 on success, 2 on wrong usage and 1 on failure, with one line on
 
 SECTIONS = (
     ("Maps, without ROS", "In `devel/lib/ttsdf_localization` of the build folder.",
-     ("ttsdf_build", "ttsdf_info", "ttsdf_query", "ttsdf_convert", "ttsdf_register", "ttsdf_evaluate",
+     ("ttsdf_build", "ttsdf_export", "ttsdf_info", "ttsdf_query", "ttsdf_convert", "ttsdf_register", "ttsdf_evaluate",
       "ttsdf_simulate")),
     ("Maps and bags, with ROS libraries but without a master", "In the same folder.", ("offline_localizer",)),
     ("Nodes", "In the same folder; the help needs no master.",
@@ -28,8 +28,7 @@ SECTIONS = (
       "simulated_camera_node", "demo_node")),
     ("Scripts", "In `scripts/`.",
      ("demo", "test", "setup", "build", "frames_from", "frames_to_bag", "frames_to_batch", "evaluate_trajectory",
-      "results", "map_results", "evaluate", "registration_report", "replay_results", "long_drive", "plot_evaluation",
-      "plot_map", "benchmark", "screenshot", "update_pages")),
+      "evaluate", "results", "consistency", "plot_map", "benchmark", "screenshot", "update_pages")),
 )
 
 

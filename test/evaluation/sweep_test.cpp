@@ -55,7 +55,6 @@ class KnownErrorMethod final : public Method {
     return {T_, true, 3, "converged"};
   }
   std::size_t paperBytes() const override { return 0; }
-  std::size_t memoryBytes() const override { return 0; }
   int calls = 0;
   std::optional<Eigen::Vector3d> gravity;
 
@@ -202,6 +201,32 @@ TEST(SweepSummary, GroupsInOrderAndCountsSuccess) {
   const std::string table = toTable(summaries);
   EXPECT_NE(table.find("75.0"), std::string::npos) << table;
   EXPECT_NE(table.find("25.0 (17.5-72.5)"), std::string::npos) << table;
+}
+
+// Answers with the truth moved by 2 cm along x, and says that it may be off by 1 cm and 10 mrad.
+class BoastfulMethod final : public Method {
+ public:
+  explicit BoastfulMethod(const Eigen::Isometry3d& T_map_sensor) : T_(T_map_sensor) {
+    T_.translation().x() += 0.02;
+  }
+  Estimate estimate(const ScanPoints&, const Eigen::Isometry3d&,
+                    const std::optional<Eigen::Vector3d>&) override {
+    return {T_, true, 1, "converged", Matrix6d(1e-4 * Matrix6d::Identity())};
+  }
+  std::size_t paperBytes() const override { return 0; }
+
+ private:
+  Eigen::Isometry3d T_;
+};
+
+TEST_F(Sweep, NotesHowFarTheTruthIsUnderTheCovariance) {
+  const auto scan = scans(1);
+  BoastfulMethod method(scan.front().T_map_sensor);
+  SweepLog log(path("log.csv"));
+  runSweep({"data", "boastful", std::nullopt, 0.0, 1}, method, scan, {{0.1}, {}, 1, 1}, log);
+  ASSERT_EQ(log.records().size(), 1u);
+  EXPECT_NEAR(log.records().front().mahalanobis_squared, 4.0, 1e-9);  // (2 cm / 1 cm)^2
+  EXPECT_NEAR(readSweepLog(path("log.csv")).front().mahalanobis_squared, 4.0, 1e-6);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ using testing::thrownMessage;
 
 constexpr int kWidth = 8, kHeight = 6;
 const char kIdentity[] = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
-const char kIntrinsics[] = "585 0 320\n0 585 240\n0 0 1\n";
+const char kIntrinsics[] = "7.5 0 4\n0 7.5 3\n0 0 1\n";
 
 /// raw(u, v) = 1000 + 10 v + u, with 0 and 65535 at the first two pixels.
 std::string writeImage(const std::string& path) {
@@ -187,8 +187,8 @@ TEST_F(FrameFolderTest, ListsFramesWithPosesInOrder) {
   EXPECT_EQ(indices, (std::vector<int>{0, 5, 10, 25, 30}));
   EXPECT_EQ(opened.intrinsics().width, kWidth);
   EXPECT_EQ(opened.intrinsics().height, kHeight);
-  EXPECT_EQ(opened.intrinsics().fx, 585.0);
-  EXPECT_EQ(opened.intrinsics().cy, 240.0);
+  EXPECT_EQ(opened.intrinsics().fx, 7.5);
+  EXPECT_EQ(opened.intrinsics().cy, 3.0);
   ASSERT_EQ(opened.select(10, 5).size(), 2U);
   EXPECT_EQ(opened.select(10, 5)[1].index, 25);
   EXPECT_EQ(opened.select(1, 0).size(), 5U);
@@ -201,8 +201,8 @@ TEST_F(FrameFolderTest, ListsFramesWithPosesInOrder) {
 
 TEST_F(FrameFolderTest, OtherIntrinsicsNameAndNegativeFocalLength) {
   addFrame(0);
-  folder_.write("intrinsics.K.txt", "481.2 0 319.5\r\n0 -480 239.5\r\n0 0 1\r\n");
-  EXPECT_EQ(FrameFolder(folder_.path()).intrinsics().fy, -480.0);
+  folder_.write("intrinsics.K.txt", "6.1 0 4\r\n0 -6 3\r\n0 0 1\r\n");
+  EXPECT_EQ(FrameFolder(folder_.path()).intrinsics().fy, -6.0);
 }
 
 TEST_F(FrameFolderTest, UnreadableFirstImageDoesNotHideTheSize) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 #include <openvdb/tools/LevelSetSphere.h>
+#include <sys/resource.h>
+
+#include <csignal>
 
 #include "../support/rendered_scene.h"
 #include "../support/temp_folder.h"
@@ -86,6 +89,23 @@ TEST_F(VdbIo, SavedVolumeIsRestoredExactly) {
   EXPECT_TRUE(testing::sameVolumes(a, b));
   b.saveVdb(path);
   EXPECT_EQ(TsdfVolume::fromVdbFile(path, {}).frameCount(), 3U);
+}
+
+TEST_F(VdbIo, AFullDiskIsAnErrorAndLeavesTheOldFile) {
+  const std::string path = folder_.file("volume.vdb");
+  fusedRoom().saveVdb(path);
+  const std::string before = testing::fileContent(path);
+  rlimit limit{};
+  getrlimit(RLIMIT_FSIZE, &limit);
+  const rlimit full{20000, limit.rlim_max};
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  setrlimit(RLIMIT_FSIZE, &full);
+  EXPECT_THROW(fusedRoom().saveVdb(path), std::runtime_error);
+  setrlimit(RLIMIT_FSIZE, &limit);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(testing::fileContent(path), before);
+  // Nor does it replace what is no .vdb file.
+  EXPECT_THROW(fusedRoom().saveVdb(folder_.write("notes.txt", "do not lose me")), std::runtime_error);
 }
 
 TEST_F(VdbIo, EmptyVolumeIsRestoredToo) {

@@ -392,7 +392,8 @@ TEST(Localizer, KeepsThePriorAlongACorridorAndSaysSo) {
   EXPECT_TRUE(update.pose_valid) << update.message;
 }
 
-// Of floor and ceiling little is seen, so noise moves the best fit up and down: the prior keeps the robot where it is.
+// Of floor and ceiling little is seen, so noise moves the best fit up and down: the prior keeps the robot
+// where it is.
 TEST(Localizer, NoiseAlongDirectionsThatTheScanHardlyFixesIsNoJump) {
   constexpr double kGate = 0.02;
   GridGeometry geometry;

@@ -81,6 +81,33 @@ TEST_F(MapFile, AMapThatCannotBeEncodedLeavesTheOldFile) {
   EXPECT_EQ(loadMap(path()).truncation, test::roomMap().truncation);
 }
 
+TEST_F(MapFile, AMapThatTheReaderWouldRefuseIsNotWritten) {
+  saveMap(test::roomMap(), path());
+  const auto before = readFile(path());
+  for (const Encoding encoding : {Encoding::kFloat32, Encoding::kFloat16, Encoding::kQuantized}) {
+    for (const double entry : {1e20, 1e30, 3e38}) {
+      TtSdfMap bad = test::roomMap();
+      const TensorTrain& train = bad.train;
+      const auto factor = static_cast<float>(entry / train.middle().cwiseAbs().maxCoeff());
+      bad.train = TensorTrain(train.axes(), train.first(), factor * train.middle(), train.last());
+      EncodeOptions options;
+      options.encoding = encoding;
+      const std::string message = messageOf([&] { saveMap(bad, path(), options); });
+      if (message.empty()) {
+        EXPECT_NO_THROW(loadMap(path())) << name(encoding) << ' ' << entry;
+        saveMap(test::roomMap(), path());
+      }
+      EXPECT_EQ(readFile(path()), before) << name(encoding) << ' ' << entry;
+    }
+  }
+}
+
+TEST_F(MapFile, OnlyMapsAreReplaced) {
+  std::ofstream(path(".bashrc")) << "alias ll='ls -l'";
+  EXPECT_NE(messageOf([&] { saveMap(test::roomMap(), path(".bashrc")); }).find("not a map"),
+            std::string::npos);
+}
+
 TEST_F(MapFile, ErrorsNameTheFile) {
   EXPECT_NE(messageOf([&] { loadMap(path("none.ttsdf")); }).find("none.ttsdf"), std::string::npos);
   EXPECT_NE(messageOf([&] { saveMap(test::roomMap(), path("no/folder.ttsdf")); }).find("no/folder.ttsdf"),

@@ -10,7 +10,7 @@
 
 #include "file_surgery.h"
 #include "room_map.h"
-#include "ttsdf_localization/map/map_io.h"
+#include "ttsdf_localization/compression/map_writer.h"
 
 namespace ttsdf {
 namespace {

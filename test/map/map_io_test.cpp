@@ -1,9 +1,10 @@
-#include "ttsdf_localization/map/map_io.h"
-
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include "file_surgery.h"
+#include "first_form.h"
 #include "room_map.h"
+#include "ttsdf_localization/compression/map_writer.h"
 
 namespace ttsdf {
 namespace {
@@ -28,6 +29,16 @@ void expectSameFrame(const TtSdfMap& got, const TtSdfMap& wanted) {
   EXPECT_EQ(got.clamp_positive, wanted.clamp_positive);
   EXPECT_EQ(got.frame_id, wanted.frame_id);
   EXPECT_EQ(got.metadata, wanted.metadata);
+  EXPECT_EQ(got.agreement.compared, wanted.agreement.compared);
+  EXPECT_EQ(got.agreement.contradicting, wanted.agreement.contradicting);
+  EXPECT_EQ(got.agreement.without_overlap, wanted.agreement.without_overlap);
+  EXPECT_EQ(got.agreement.position_median, wanted.agreement.position_median);
+  EXPECT_EQ(got.agreement.position_90, wanted.agreement.position_90);
+  EXPECT_EQ(got.agreement.rotation_median, wanted.agreement.rotation_median);
+  EXPECT_EQ(got.agreement.rotation_90, wanted.agreement.rotation_90);
+  EXPECT_EQ(got.agreement.shift, wanted.agreement.shift);
+  EXPECT_EQ(got.agreement.turn_sensor, wanted.agreement.turn_sensor);
+  EXPECT_EQ(got.agreement.turn_scene, wanted.agreement.turn_scene);
   EXPECT_EQ(got.mask.bits(), wanted.mask.bits());
   EXPECT_EQ(got.mask.cellVoxels(), wanted.mask.cellVoxels());
   EXPECT_EQ(got.train.axes(), wanted.train.axes());
@@ -67,8 +78,10 @@ TEST(MapIo, MapsWithoutMaskAndMetadataStayWithout) {
   TtSdfMap map = roomMap();
   map.mask = {};
   map.metadata.clear();
+  map.agreement = {};
   const TtSdfMap read = roundTrip(map, {});
   EXPECT_TRUE(read.mask.empty());
+  EXPECT_FALSE(read.agreement.known());
   EXPECT_TRUE(read.metadata.empty());
 }
 
@@ -160,6 +173,56 @@ TEST(MapIo, Float16RefusesWhatItCannotHold) {
   TtSdfMap map = roomMap();
   map.train = scale(map.train, 1e8f);
   EXPECT_THROW(serialize(map, encodeAs(Encoding::kFloat16)), std::invalid_argument);
+}
+
+TEST(MapIo, ReadsWhatTheFirstReleaseWrote) {
+  const auto& bytes = test::kFirstForm;
+  const TtSdfMap map = deserialize(bytes.data(), bytes.size());
+  EXPECT_EQ(fileInfo(bytes.data(), bytes.size()).encoding, Encoding::kQuantizedFirst);
+  EXPECT_STREQ(name(Encoding::kQuantizedFirst), "quantized-1");
+  EXPECT_EQ(map.train.rank1(), 4);
+  EXPECT_EQ(map.train.rank2(), 6);
+  // As the first release read it.
+  EXPECT_NEAR(map.train(3, 4, 5), 0.187685f, 2e-6f);
+  EXPECT_NEAR(map.train(20, 30, 10), 0.197777f, 2e-6f);
+  EXPECT_NEAR(map.train(44, 55, 45), 0.019891f, 2e-6f);
+  EXPECT_NEAR(map.train(10, 40, 33), 0.136895f, 2e-6f);
+  EXPECT_TRUE(map.mask.atVoxel(10, 40, 33));
+  EXPECT_FALSE(map.mask.atVoxel(3, 4, 5));
+  // Written again it is of today's form, whatever the caller asks for.
+  const auto today = serialize(map, encodeAs(Encoding::kQuantizedFirst, 1e-4));
+  EXPECT_EQ(fileInfo(today.data(), today.size()).encoding, Encoding::kQuantized);
+}
+
+/// The message of what is refused; "" if it is read.
+std::string refusal(const std::vector<std::uint8_t>& bytes, const MapLimits& limits) {
+  try {
+    deserialize(bytes.data(), bytes.size(), limits);
+    return "";
+  } catch (const MapFormatError& error) {
+    return error.what();
+  }
+}
+
+TEST(MapIo, ReadingIsBoundedByTheLimits) {
+  const auto bytes = serialize(roomMap(), encodeAs(Encoding::kQuantized, 1e-3));
+  const auto voxels = static_cast<double>(roomMap().geometry.voxelCount());
+  EXPECT_EQ(refusal(bytes, {}), "");
+  EXPECT_NE(refusal(bytes, {256.0, voxels - 1.0}).find("max_map_voxels"), std::string::npos);
+  EXPECT_EQ(refusal(bytes, {256.0, voxels}), "");
+  EXPECT_NE(refusal(bytes, {0.001, 1e9}).find("max_map_megabytes"), std::string::npos);
+}
+
+TEST(MapIo, FewBytesCannotAskForLargeCores) {
+  // A field of one value has all its numbers in a few bytes; the ranks of the header claim sixteen million.
+  TtSdfMap map = roomMap(Dims(2000, 300, 2000), 1);
+  map.mask = {};
+  map.metadata.clear();
+  test::RawFile file = test::takeApart(serialize(map, encodeAs(Encoding::kQuantized, 0.1)));
+  auto& core = file.section("CORE").payload;
+  test::setNumber(core, 4, std::uint32_t{200});
+  test::setNumber(core, 8, std::uint32_t{200});
+  EXPECT_NE(refusal(test::putTogether(file), {}).find("numbers of the cores"), std::string::npos);
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ttsdf_localization/compression/map_writer.h"
 #include "ttsdf_localization/compression/tt_svd.h"
-#include "ttsdf_localization/map/map_io.h"
 
 namespace ttsdf::test {
 
@@ -56,6 +56,10 @@ inline TtSdfMap roomMap(const Dims& dims = Dims(30, 21, 25), int rank = 8) {
   map.clamp_negative = 0.3;
   map.clamp_positive = 0.5;
   map.frame_id = "etage_1";
+  map.agreement.compared = 40, map.agreement.contradicting = 1, map.agreement.without_overlap = 2;
+  map.agreement.position_median = 0.011, map.agreement.position_90 = 0.023;
+  map.agreement.rotation_median = 0.006, map.agreement.rotation_90 = 0.013;
+  map.agreement.shift = 0.007, map.agreement.turn_sensor = 0.004, map.agreement.turn_scene = 0.002;
   map.metadata = {{"builder", "a test"},
                   {"ort",
                    "K\xC3\xBC"

@@ -211,8 +211,8 @@ TEST(Registration, ACorridorKeepsThePriorAlongIt) {
   }
 }
 
-// The far field and further starts find the way out of half a metre across the corridor. Along it they may go where
-// they like: the answer is the prior, in the measure that it is trusted.
+// The far field and further starts find the way out of half a metre across the corridor. Along it they may go
+// where they like: the answer is the prior, in the measure that it is trusted.
 TEST(Registration, TheAnswerIsThePriorAlongACorridorWhateverFoundTheRest) {
   const auto corridor = [](const Eigen::Vector3d& p) {
     return std::min({p.y() - 0.3, 2.7 - p.y(), p.z(), 2.2 - p.z()});
@@ -269,14 +269,13 @@ TEST(Registration, ConfidenceTellsRightFromWrong) {
   };
   for (unsigned seed = 0; seed < 5; ++seed) {
     const Eigen::Isometry3d truth = roomPose(seed);
-    const RegistrationResult right =
-        registration.align(castRays(furnishedRoom, truth, test::directions(1500), 0.005),
-                           perturbed(truth, 0.1, 0.05, seed));
+    const RegistrationResult right = registration.align(
+        castRays(furnishedRoom, truth, test::directions(1500), 0.005), perturbed(truth, 0.1, 0.05, seed));
     EXPECT_TRUE(right.success);
     EXPECT_GT(right.confidence, 0.9) << seed;
     const Eigen::Isometry3d T(Eigen::Translation3d(2.0, 1.5, 1.2));
-    const RegistrationResult wrong = registration.align(castRays(ball, T, test::directions(1500), 0.005, seed),
-                                                        perturbed(T, 0.1, 0.05, seed));
+    const RegistrationResult wrong = registration.align(
+        castRays(ball, T, test::directions(1500), 0.005, seed), perturbed(T, 0.1, 0.05, seed));
     EXPECT_FALSE(wrong.success);
     EXPECT_LT(wrong.confidence, 0.1) << seed;
   }

@@ -1,4 +1,4 @@
-#include "ttsdf_localization/ros/clock_watch.h"
+#include "ros/common/clock_watch.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ttsdf_localization/ros/cloud_conversion.h"
+#include "ros/common/cloud_conversion.h"
 
 #include <gtest/gtest.h>
 
@@ -108,6 +108,36 @@ TEST(ConvertCloud, ReadsEveryLayout) {
   for (const Format& format : {Format(), padded, shuffled, unaligned, doubles, big_endian, big_doubles}) {
     expectSame(convertCloud(makeCloud(points, 24, format), {}).points, points);
     expectSame(convertCloud(makeCloud(points, 6, format), {}).points, points);
+  }
+}
+
+TEST(ConvertCloud, ReadsPackedRowsWhateverRowStepSays) {
+  const auto points = somePoints(24);
+  PointCloud2 cloud = makeCloud(points, 6);
+  for (const std::size_t row_step : {std::size_t{0}, cloud.data.size()}) {
+    cloud.row_step = static_cast<std::uint32_t>(row_step);
+    expectSame(convertCloud(cloud, {}).points, points);
+    EXPECT_EQ(allPoints(cloud).cols(), 24);
+  }
+}
+
+TEST(ConvertCloud, AFlagOfTheByteOrderThatLiesIsNotBelieved) {
+  Format doubles;
+  doubles.datatype = PointField::FLOAT64;
+  doubles.x = 0, doubles.y = 8, doubles.z = 16;
+  doubles.point_step = 24;
+  const auto points = somePoints(200);
+  for (const Format& format : {Format(), doubles}) {
+    for (const bool big_endian : {false, true}) {
+      Format honest = format;
+      honest.big_endian = big_endian;
+      PointCloud2 cloud = makeCloud(points, 20, honest);
+      EXPECT_FALSE(convertCloud(cloud, {}).wrong_byte_order);
+      cloud.is_bigendian = !cloud.is_bigendian;
+      const ConvertedCloud converted = convertCloud(cloud, {});
+      EXPECT_TRUE(converted.wrong_byte_order);
+      expectSame(converted.points, points);
+    }
   }
 }
 

@@ -1,10 +1,11 @@
-#include "ttsdf_localization/ros/conversions.h"
+#include "ros/common/conversions.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
+#include "ttsdf_localization/compression/map_writer.h"
 #include "ttsdf_localization/localization/pose_covariance.h"
 
 namespace ttsdf {

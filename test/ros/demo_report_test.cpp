@@ -1,4 +1,4 @@
-#include "ttsdf_localization/ros/demo_report.h"
+#include "ros/demo/demo_report.h"
 
 #include <gtest/gtest.h>
 

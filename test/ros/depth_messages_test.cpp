@@ -1,4 +1,4 @@
-#include "ttsdf_localization/ros/depth_messages.h"
+#include "ros/demo/depth_messages.h"
 
 #include <gtest/gtest.h>
 #include <sensor_msgs/point_cloud2_iterator.h>

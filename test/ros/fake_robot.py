@@ -131,6 +131,9 @@ class FakeRobot:
         self.velocity = 0.0           # [m/s] along x of the base, turned back at the ends of 0.6 m
         self.send_clouds = self.send_odometry = True
         self.period = 1.0 / rate
+        self.odometry_delay = 0.0     # [s] between the stamp and the message
+        self.cloud_every = 1          # steps per cloud
+        self._late = []               # odometry on its way: when it is due, message
         self.truth = {}               # stamp -> T_map_base of every cloud sent
         self.change_points = None     # function of the points and a counter
         self._way = 0.0
@@ -175,8 +178,10 @@ class FakeRobot:
                     self.velocity = -self.velocity
             if self.send_odometry and self.odom:
                 T_odom_base = np.linalg.inv(self.T_map_odom) @ self.T_map_base
-                self._tf.publish([transform(self.odom, self.frames['base_link'], T_odom_base, stamp)])
-            if self.send_clouds:
+                self._late.append((time.monotonic() + self.odometry_delay,
+                                   [transform(self.odom, self.frames['base_link'], T_odom_base, stamp)]))
+                self._send_due_odometry()
+            if self.send_clouds and self._count % self.cloud_every == 0:
                 self.truth[stamp.to_nsec()] = self.T_map_base.copy()
                 self._publish_scan(stamp)
             self._count += 1
@@ -207,10 +212,22 @@ class FakeRobot:
             self._stop.wait(0.02)
         return self._clouds.get_num_connections() > 0
 
+    def _send_due_odometry(self):
+        while self._late and self._late[0][0] <= time.monotonic():
+            self._tf.publish(self._late.pop(0)[1])
+
     def _run(self):
         # By wall time: simulated time may stand still.
-        while not self._stop.wait(self.period) and not rospy.is_shutdown():
-            self.step()
+        next_step = time.monotonic() + self.period
+        while not rospy.is_shutdown():
+            due = min([next_step] + [message[0] for message in self._late[:1]])
+            if self._stop.wait(max(0.0, due - time.monotonic())):
+                return
+            with self._lock:
+                self._send_due_odometry()
+            if time.monotonic() >= next_step:
+                self.step()
+                next_step = max(next_step + self.period, time.monotonic())
 
 
 class Recorder:

@@ -66,6 +66,36 @@ class LaunchFiles(unittest.TestCase):
         self.expect(self.parameters("handheld_example.launch"), "localization", odom_frame_id="none",
                     base_frame_id="camera_link")
 
+    def test_a_camera_by_name_takes_an_own_config(self):
+        own = self.config(recovery={"coast_seconds": 7.5})
+        for file, arguments in (("depth_camera.launch", ["camera:=kinect"]), ("robot_example.launch", [])):
+            parameters = self.parameters(file, own, *arguments)
+            self.assertEqual(parameters["/localization/recovery/coast_seconds"], 7.5)
+            self.assertIn("/localization/gates/max_rms_residual", parameters)  # of the preset
+        built = self.parameters("depth_camera.launch", "camera:=kinect", "mode:=build_map", self.config(selection={"every": 9}))
+        self.assertEqual(built["/map_builder/selection/every"], 9)
+
+    def nodes(self, file, *arguments):
+        done = subprocess.run(["roslaunch", "--nodes", str(REPOSITORY / "launch" / file)] + list(arguments),
+                              env=dict(os.environ, ROS_MASTER_URI="http://localhost:1",
+                                       ROS_PACKAGE_PATH="%s:/usr/share" % REPOSITORY),
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout.split()
+
+    def test_the_mount_is_published_once(self):
+        self.assertIn("/camera_mount", self.nodes("robot_example.launch"))
+        for argument in "urdf:=%s/config/example_robot.urdf" % REPOSITORY, "described:=true":
+            nodes = self.nodes("robot_example.launch", argument)
+            self.assertNotIn("/camera_mount", nodes)
+            self.assertNotIn("/camera_optical", nodes)
+
+    def test_nobody_elses_parameters_are_cleared_and_no_name_is_absolute(self):
+        for path in (REPOSITORY / "launch").iterdir():
+            self.assertNotIn("clear_params", path.read_text(), path)
+        for path in (REPOSITORY / "rviz").iterdir():
+            self.assertNotRegex(path.read_text(), r"Topic: /", path)
+
     def test_a_misspelt_mode_or_camera_is_named(self):
         done = launch("depth_camera.launch", "camera:=kinect", "mode:=lokalization")
         self.assertEqual(done.stdout.strip(), "")  # --dump-params ends with 0 even so

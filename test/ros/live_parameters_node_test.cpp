@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "../support/room.h"
+#include "ros/common/cloud_conversion.h"
+#include "ros/common/conversions.h"
 #include "synthetic_scans.h"
 #include "ttsdf_localization/LocalizationStatus.h"
-#include "ttsdf_localization/ros/cloud_conversion.h"
-#include "ttsdf_localization/ros/conversions.h"
 
 namespace ttsdf {
 namespace {

@@ -1,6 +1,6 @@
 // What dynamic_reconfigure is told is what the option tables say.
 
-#include "ttsdf_localization/ros/live_parameters.h"
+#include "ros/node/live_parameters.h"
 
 #include <gtest/gtest.h>
 

@@ -171,12 +171,12 @@ class Localization(RobotTestCase):
         begin = time.monotonic()
         reply = find(False, True)  # on the last cloud; nothing comes that could confirm it
         self.assertFalse(reply.success, reply.message)
-        self.assertIn('no cloud on', reply.message)
+        self.assertIn('no scan on', reply.message)
         self.assertLess(time.monotonic() - begin, 20.0)
         begin = time.monotonic()
         reply = find(False, True)
         self.assertFalse(reply.success, reply.message)
-        self.assertRegex(reply.message, "no cloud on '/cloud' since [0-9.]+ s")
+        self.assertRegex(reply.message, "no scan on '/cloud' since [0-9.]+ s")
         self.assertLess(time.monotonic() - begin, 1.0)
         self.robot.send_clouds = True
         self.assertTrue(self.recorder.wait_for_state(Status.TRACKING), self.recorder.history())

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "../support/room.h"
+#include "ttsdf_localization/compression/map_writer.h"
 #include "ttsdf_localization/compression/tt_svd.h"
-#include "ttsdf_localization/map/map_io.h"
 
 int main(int argc, char** argv) {
   if (argc < 2) {

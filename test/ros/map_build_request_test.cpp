@@ -1,4 +1,4 @@
-#include "ttsdf_localization/ros/map_build_request.h"
+#include "ros/builder/map_build_request.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <string>
 
-#include "ttsdf_localization/ros/map_builder_options.h"
+#include "ros/builder/map_builder_options.h"
 
 namespace ttsdf {
 namespace {

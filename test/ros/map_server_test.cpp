@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "ttsdf_localization/GetMap.h"
+#include "ttsdf_localization/compression/map_writer.h"
 #include "ttsdf_localization/compression/tt_svd.h"
-#include "ttsdf_localization/map/map_io.h"
 
 namespace ttsdf {
 namespace {

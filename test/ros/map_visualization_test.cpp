@@ -1,4 +1,4 @@
-#include "ttsdf_localization/ros/map_visualization.h"
+#include "ros/operator/map_visualization.h"
 
 #include <gtest/gtest.h>
 #include <sensor_msgs/point_cloud2_iterator.h>

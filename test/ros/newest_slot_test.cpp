@@ -1,4 +1,4 @@
-#include "ttsdf_localization/ros/newest_slot.h"
+#include "ros/common/newest_slot.h"
 
 #include <gtest/gtest.h>
 

@@ -7,14 +7,15 @@
 #include <sensor_msgs/Image.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "../support/room.h"
 #include "../tools/tool_process.h"
+#include "ros/common/cloud_conversion.h"
+#include "ros/common/conversions.h"
 #include "synthetic_scans.h"
-#include "ttsdf_localization/ros/cloud_conversion.h"
-#include "ttsdf_localization/ros/conversions.h"
 
 namespace ttsdf {
 namespace {
@@ -37,7 +38,9 @@ Eigen::Isometry3d poseOf(double t) {
 
 struct Story {
   int scans = 40;
-  bool odometry = true, initial_pose = true, depth_images = false;
+  bool odometry = true, initial_pose = true, depth_images = false, mount = true;
+  bool binned = false, part = false;           ///< camera_info is of a larger sensor
+  int row_step = -1;                           ///< 0: none; 1: of the whole cloud; as drivers have it
   bool transforms_late = false;                ///< odometry comes after its cloud
   int drop_out_begin = -1, drop_out_end = -1;  ///< scans without odometry
 };
@@ -50,7 +53,7 @@ class BagWriter {
     const ros::Time start(kStart);
     tf2_msgs::TFMessage mount;
     mount.transforms = {stampedTransform(baseFromCamera(), "base_link", "camera", start)};
-    bag_.write("/tf_static", start, mount);
+    if (story_.mount) bag_.write("/tf_static", start, mount);
     for (int n = 0; n < story_.scans; ++n) writeScan(n);
     bag_.close();
   }
@@ -69,7 +72,13 @@ class BagWriter {
     } else {
       const ScanPoints points =
           test::renderScan(test::Room(), T_map_base * baseFromCamera(), 64, 48, 0.01, 1U + n);
-      bag_.write("/camera/points", stamp, toCloudMessage(points, header));
+      sensor_msgs::PointCloud2 cloud = toCloudMessage(points, header);
+      if (story_.row_step >= 0) {
+        cloud.height = 48;
+        cloud.width /= 48;
+        cloud.row_step = story_.row_step == 0 ? 0 : static_cast<std::uint32_t>(cloud.data.size());
+      }
+      bag_.write("/camera/points", stamp, cloud);
     }
     if (story_.transforms_late) writeOdometry(n, T_map_base, stamp, stamp + ros::Duration(0.03));
   }
@@ -115,6 +124,22 @@ class BagWriter {
     info.K = {focal, 0, 0.5 * (kWidth - 1), 0, focal, 0.5 * (kHeight - 1), 0, 0, 1};
     info.P = {focal, 0, 0.5 * (kWidth - 1), 0, 0, focal, 0.5 * (kHeight - 1), 0, 0, 0, 1, 0};
     info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    if (story_.binned) {  // the sensor has twice as many pixels each way
+      info.binning_x = info.binning_y = 2;
+      info.width *= 2;
+      info.height *= 2;
+      for (const std::size_t n : {0U, 2U, 5U, 6U}) info.P[n] *= 2.0;
+    }
+    if (story_.part) {  // ... and this is a part of it, which begins at (100, 60) of the whole
+      info.roi.width = info.width;
+      info.roi.height = info.height;
+      info.roi.x_offset = 100;
+      info.roi.y_offset = 60;
+      info.width += 200;
+      info.height += 100;
+      info.P[2] += 100.0;
+      info.P[6] += 60.0;
+    }
     bag_.write("camera/depth/camera_info", header.stamp, info);
     bag_.write("camera/depth/image_rect", header.stamp, image);
   }
@@ -219,9 +244,77 @@ TEST_F(OfflineLocalizer, SaysWhichTransformIsMissing) {
   Story story;
   story.odometry = false;
   const ToolRun done = run(bag(story));
-  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(done.exit_code, 3) << done.err;
   EXPECT_TRUE(trajectory().empty());
   EXPECT_NE(fileText(folder_ / "out.csv").find("odom"), std::string::npos);
+}
+
+TEST_F(OfflineLocalizer, SaysWhyThereIsNoPose) {
+  Story story;
+  story.mount = false;
+  const ToolRun done = run(bag(story), {"--summary", folder_ / "summary.json"});
+  EXPECT_EQ(done.exit_code, 3);
+  EXPECT_NE(done.err.find("'camera' -> 'base_link'"), std::string::npos) << done.err;
+  const std::string summary = fileText(folder_ / "summary.json");
+  EXPECT_NE(summary.find("\"poses\" : 0"), std::string::npos) << summary;
+  EXPECT_NE(summary.find("40 of 40 scans: its transforms did not come in time"), std::string::npos)
+      << summary;
+}
+
+TEST_F(OfflineLocalizer, WritesASummaryAndCovariances) {
+  const ToolRun done =
+      run(bag({}), {"--summary", folder_ / "summary.json", "--covariances", folder_ / "covariances.csv"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const std::string summary = fileText(folder_ / "summary.json");
+  for (const char* key :
+       {"\"scans\" : 40", "\"times_lost\" : 0", "\"reason\" : \"\"", "map_memory_bytes", "median_ms"})
+    EXPECT_NE(summary.find(key), std::string::npos) << key << '\n' << summary;
+  const auto lines = linesOf(fileText(folder_ / "covariances.csv"));
+  EXPECT_EQ(lines.size(), linesOf(fileText(folder_ / "out.tum")).size() + 1);
+  EXPECT_EQ(lines[0].substr(0, 13), "stamp,c00,c01");
+  EXPECT_EQ(std::count(lines[1].begin(), lines[1].end(), ','), 36);
+}
+
+TEST_F(OfflineLocalizer, ReadsCloudsOfRealDrivers) {
+  for (const int row_step : {0, 1}) {
+    Story story;
+    story.row_step = row_step;
+    const ToolRun done = run(bag(story));
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    expectRightPoses(37);
+  }
+}
+
+TEST_F(OfflineLocalizer, ReadsBinnedImagesAndPartsOfTheSensor) {
+  for (const auto& [binned, part] : {std::pair{true, false}, {false, true}, {true, true}}) {
+    Story story;
+    story.depth_images = true;
+    story.binned = binned;
+    story.part = part;
+    const ToolRun done = run(bag(story));
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    expectRightPoses(37);
+  }
+}
+
+TEST_F(OfflineLocalizer, OtherBagsAndDamagedOnesAreNamed) {
+  expectError(run(folder_.write("run.db3", "SQLite format 3 and more")), 1, {"ROS 2"});
+  expectError(run(folder_.write("run.mcap", "\x89MCAP0\r\n and more bytes")), 1, {"MCAP"});
+  expectError(run(folder_.write("old.bag", "#ROSBAG V1.2\n and more")), 1, {"old format"});
+  expectError(run(folder_.write("none.bag", "")), 1, {"an empty file"});
+  const std::string whole = fileText(bag({}));
+  for (const double share : {0.1, 0.5, 0.9, 0.999}) {
+    const auto size = static_cast<std::size_t>(share * static_cast<double>(whole.size()));
+    expectError(run(folder_.write("cut.bag", whole.substr(0, size))), 1, {"cut.bag", "rosbag reindex"});
+  }
+}
+
+TEST_F(OfflineLocalizer, AnOptionFileThatHoldsItselfIsRefused) {
+  const std::string path = bag({});
+  for (const char* text : {"a: &a [*a]", "a: &a {b: *a}", "a: &a [x, x]\nb: &b [*a, *a]\nc: &c [*b, *b]"}) {
+    const ToolRun done = run(path, {"--config", folder_.write("own.yaml", text)});
+    EXPECT_TRUE(done.exit_code == 1 || done.exit_code == 2) << text << ": " << done.exit_code << done.err;
+  }
 }
 
 TEST_F(OfflineLocalizer, MakesCloudsFromDepthImages) {
@@ -252,7 +345,7 @@ TEST_F(OfflineLocalizer, RefusesBadInputAndLeavesNoHalfOutput) {
   expectError(run(folder_.write("cut.bag", fileText(path).substr(0, 20000))), 1, {"cut.bag"});
   expectError(run(path, {"--cloud", "nowhere"}), 1, {"nowhere", "camera/points"});
   expectError(run(path, {"--map", folder_.write("bad.ttsdf", "no map")}), 2, {"map"});  // given twice
-  for (const char* name : {"out.tum", "out.csv", "out.tum.part", "out.csv.part"}) {
+  for (const char* name : {"out.tum", "out.csv", "out.tum.part"}) {
     EXPECT_TRUE(fileText(folder_ / name).empty()) << name;
   }
 }

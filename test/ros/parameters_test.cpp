@@ -1,4 +1,4 @@
-#include "ttsdf_localization/ros/parameters.h"
+#include "ros/common/parameters.h"
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -8,7 +8,7 @@
 #include <sstream>
 #include <string>
 
-#include "ttsdf_localization/ros/localization_options.h"
+#include "ros/common/localization_options.h"
 
 namespace ttsdf {
 namespace {
@@ -83,6 +83,34 @@ TEST(Parameters, AllProblemsAreReportedAtOnce) {
   EXPECT_TRUE(contains(text, "tf_rate")) << text;
   EXPECT_TRUE(contains(text, "file topic service")) << text;
   EXPECT_TRUE(contains(text, "cloud")) << text;
+}
+
+TEST(Parameters, ThoseOfOtherNodesAreLeftAlone) {
+  XmlRpc::XmlRpcValue tree;
+  tree["ekf"]["frequency"] = 30.0;  // a node below this one's name
+  tree["num_worker_threads"] = 4;   // a nodelet manager's
+  tree["bond_timeout"] = 10.0;
+  EXPECT_EQ(refusal(tree), "accepted");
+  XmlRpc::XmlRpcValue misspelt;
+  misspelt["gate"]["min_inlier_ratio"] = 0.3;
+  EXPECT_TRUE(contains(refusal(misspelt), "did you mean 'gates'"));
+  XmlRpc::XmlRpcValue top;
+  top["odom_frame"] = "wheels";
+  EXPECT_TRUE(contains(refusal(top), "did you mean 'odom_frame_id'"));
+}
+
+TEST(Parameters, NumbersAreReadAsPeopleWriteThem) {
+  XmlRpc::XmlRpcValue tree;
+  tree["transform_tolerance"] = "1e-4";  // a text for YAML 1.1, and so for rosparam
+  tree["cloud"]["max_points"] = 4000.0;
+  LocalizationRosOptions options;
+  localizationParameters(options).load(tree, "/localization");
+  EXPECT_EQ(options.frames.transform_tolerance, 1e-4);
+  EXPECT_EQ(options.cloud.max_points, 4000);
+  tree["cloud"]["max_points"] = 4000.5;
+  EXPECT_TRUE(contains(refusal(tree), "max_points"));
+  tree["cloud"]["max_points"] = "many";
+  EXPECT_TRUE(contains(refusal(tree), "max_points"));
 }
 
 TEST(Parameters, ContradictionsAreRefused) {

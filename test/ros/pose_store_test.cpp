@@ -1,4 +1,4 @@
-#include "ttsdf_localization/ros/pose_store.h"
+#include "ros/common/pose_store.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ttsdf_localization/ros/scan_selector.h"
+#include "ros/common/scan_selector.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // config/simulated_camera.yaml is the manual of the node: it names every option, its default and its meaning.
-#include "ttsdf_localization/ros/simulated_camera_options.h"
+#include "ros/demo/simulated_camera_options.h"
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>

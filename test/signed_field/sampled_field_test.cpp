@@ -251,7 +251,7 @@ TEST(SampledField, DoesNotDependOnTheThreads) {
   EXPECT_EQ(one.mask.bits(), two.mask.bits());
 }
 
-TEST(OccupancyDistance, EqualsBruteForce) {
+TEST(OccupancyDistance, OfNegativeSamplesEqualsBruteForce) {
   const auto distance = [](const Eigen::Vector3d& p) {
     return (p - Eigen::Vector3d(0.05, 0.01, -0.02)).norm() - 0.13;
   };
@@ -260,6 +260,7 @@ TEST(OccupancyDistance, EqualsBruteForce) {
   BuildOptions options = defaults();
   options.clamp_negative = options.clamp_positive = 0.0;
   options.margin = 1.0;
+  options.sdf_method = "occupancy_edt_negative";
   const SampledField field = sampleOccupancyDistance(observed, options, {});
   const auto occupied = [&](const Eigen::Vector3d& p) {
     const double d = distance(p);
@@ -274,13 +275,51 @@ TEST(OccupancyDistance, EqualsBruteForce) {
   });
 }
 
-TEST(TruncatedDistance, IsTheFusedFieldAndPositiveWhereNothingWasSeen) {
+// The ball's sphere crosses the grid's edges; occupied is the end of the edge that is nearer to it.
+TEST(OccupancyDistance, OfCrossingSamplesEqualsBruteForce) {
+  const auto distance = [](const Eigen::Vector3d& p) {
+    return (p - Eigen::Vector3d(0.053, 0.011, -0.022)).norm() - 0.13;
+  };
+  const ObservedGrid observed =
+      testing::observe(distance, {24, 22, 20}, {-10, -11, -10}, kVoxel, kTruncation);
+  BuildOptions options = defaults();
+  options.clamp_negative = options.clamp_positive = 0.0;
+  options.margin = 1.0;
+  const auto occupied = [&](const Eigen::Vector3d& p) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double side : {-kVoxel, kVoxel}) {
+        const double here = distance(p), there = distance(p + side * Eigen::Vector3d::Unit(axis));
+        if ((here < 0.0) != (there < 0.0) && std::abs(here) <= std::abs(there)) return true;
+      }
+    }
+    return false;
+  };
+  for (const char* method : {"occupancy_edt", "occupancy_edt_signed"}) {
+    options.sdf_method = method;
+    const SampledField field = sampleOccupancyDistance(observed, options, {});
+    std::vector<Eigen::Vector3d> marks;
+    forEachSample(field, [&](int, int, int, std::size_t, const Eigen::Vector3d& p) {
+      if (occupied(p)) marks.push_back(p);
+    });
+    ASSERT_GT(marks.size(), 100u);
+    forEachSample(field, [&](int, int, int, std::size_t n, const Eigen::Vector3d& p) {
+      double nearest = 1e9;
+      for (const auto& q : marks) nearest = std::min(nearest, (p - q).norm());
+      const double d = distance(p);
+      const bool behind = options.sdf_method == "occupancy_edt_signed" && d < 0.0 && d >= -kTruncation;
+      ASSERT_NEAR(field.values.data()[n], behind ? -nearest : nearest, 1e-5)
+          << method << ' ' << p.transpose();
+    });
+  }
+}
+
+TEST(TruncatedDistance, IsTheFusedFieldAndGoesOnBehindTheBand) {
   const ObservedGrid observed = testing::observe([](const Eigen::Vector3d& p) { return p.x(); }, {30, 20, 20},
                                                  {-15, -10, -10}, kVoxel, kTruncation);
   const SampledField field = sampleTruncatedDistance(observed, defaults(), {});
   forEachSample(field, [&](int, int, int, std::size_t n, const Eigen::Vector3d& p) {
     const bool behind = p.x() < -kTruncation;
-    EXPECT_NEAR(field.values.data()[n], behind ? kTruncation : std::min(p.x(), kTruncation), 1e-6);
+    EXPECT_NEAR(field.values.data()[n], behind ? -kTruncation : std::min(p.x(), kTruncation), 1e-6);
     EXPECT_EQ(field.known[n], behind ? 0 : 1);
   });
 }

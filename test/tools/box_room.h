@@ -4,9 +4,9 @@
 #include <cmath>
 #include <random>
 
+#include "ttsdf_localization/compression/map_writer.h"
 #include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/geometry/se3.h"
-#include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/registration/registration.h"
 
 namespace ttsdf {

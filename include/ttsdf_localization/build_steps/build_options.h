@@ -10,7 +10,7 @@ namespace ttsdf {
 
 struct BuildOptions {
   std::string field = "sdf";           ///< sdf | tsdf
-  std::string sdf_method = "surface";  ///< surface (observed zero crossings) | occupancy_edt (the paper's)
+  std::string sdf_method = "surface";  ///< surface (observed zero crossings) | occupancy_edt... (the paper's)
   std::string max_rank = "40";         ///< "R" or "R1,R2"; "0": none
   double tolerance = 0.0;              ///< relative Frobenius error; 0: ranks only
   int refine_iterations = 30;          ///< weighted sweeps after TT-SVD; 0: plain TT-SVD

@@ -9,9 +9,13 @@ namespace ttsdf {
 
 struct MapMemory {
   std::string dataset, method;
-  std::size_t paper_bytes = 0;   ///< by the paper's formula
-  std::size_t memory_bytes = 0;  ///< as it lies in memory here, caches filled
+  std::size_t paper_bytes = 0;  ///< by the paper's formula
+  std::size_t memory_bytes =
+      0;  ///< as measured: what the heap shrinks by when the method goes, caches filled
 };
+
+/// Bytes in use on the heap of this process (glibc's count); 0 where the library does not say.
+std::size_t heapBytes();
 
 /// The rows of such a file; none if it does not exist. Throws std::runtime_error for another kind of file.
 std::vector<MapMemory> readMapMemory(const std::string& path);

@@ -17,8 +17,8 @@ namespace ttsdf {
 
 struct MethodSpec {
   std::string label;  ///< default: the spec itself, with blanks for commas
-  std::string
-      kind;  ///< prior | track | search | global | icp | icp_plane | gicp | ndt | fpfh_ransac | fpfh_fgr
+  std::string kind;   ///< prior | track | search | global | paper | icp | icp_plane | gicp | ndt | open3d_icp
+                      ///< | open3d_icp_plane | fgr | ransac
   /// For the field methods: map=FILE, interpolation=nearest|trilinear, dense=true (the decompressed field),
   /// and every option of registration, search and global localization. For the cloud methods: their options.
   std::vector<std::pair<std::string, std::string>> settings;
@@ -50,9 +50,5 @@ class MethodFactory {
   MethodDefaults defaults_;
   std::unique_ptr<MapCloud> map_cloud_;
 };
-
-/// The field of a map, compressed or (`dense`) as a full array.
-std::shared_ptr<const DistanceField> makeEvaluationField(const TtSdfMap& map, Interpolation interpolation,
-                                                         bool dense);
 
 }  // namespace ttsdf

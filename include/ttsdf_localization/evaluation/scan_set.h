@@ -30,8 +30,14 @@ struct FrameSelection {
   double max_depth = 4.0;  ///< [m]
 };
 
+/// Where simulated frames have poses with errors, as a mapping system would record them,
+/// frame-NNNNNN.truth.txt beside them has the exact one: scans are compared with that, maps are made of the
+/// recorded poses.
+enum class PoseKind { kTruth, kRecorded };
+
 /// Unreadable frames are skipped and listed. Throws std::runtime_error if no frame is left.
-ScanSet scansFromFrames(const FrameFolder& folder, const FrameSelection& selection);
+ScanSet scansFromFrames(const FrameFolder& folder, const FrameSelection& selection,
+                        PoseKind poses = PoseKind::kTruth);
 
 /// A point cloud map. Descriptors such as FPFH need normals that point to one side: `towards_sensor` says
 /// which.

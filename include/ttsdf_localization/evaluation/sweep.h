@@ -3,6 +3,7 @@
 // run goes on where it stopped.
 
 #include <functional>
+#include <limits>
 #include <set>
 #include <string>
 #include <vector>
@@ -31,6 +32,9 @@ struct SweepRecord {
   int iterations = 0;
   double milliseconds = 0.0;      ///< wall clock
   double cpu_milliseconds = 0.0;  ///< processor time: fair on a busy machine for methods of one thread
+  /// Squared Mahalanobis distance of the true pose under the method's covariance; NaN if it has none.
+  double mahalanobis_squared = std::numeric_limits<double>::quiet_NaN();
+  double confidence = std::numeric_limits<double>::quiet_NaN();  ///< as the method said; NaN if it does not
 
   bool success() const { return translation_error < kSuccessDistance; }
 };

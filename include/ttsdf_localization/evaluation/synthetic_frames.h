@@ -16,8 +16,12 @@ class FrameWriter {
   FrameWriter(std::string folder, const CameraIntrinsics& intrinsics, double units_per_metre = 1000.0);
   /// Depths that 16 bits cannot hold become "no reading". Throws std::runtime_error if it cannot be written.
   void write(int index, const DepthImage& image, const Eigen::Isometry3d& T_map_camera) const;
+  /// The exact pose beside a recorded one that is not: frame-NNNNNN.truth.txt.
+  void writeTruth(int index, const Eigen::Isometry3d& T_map_camera) const;
 
  private:
+  std::string stem(int index) const;
+
   std::string folder_;
   double units_per_metre_;
 };

@@ -2,10 +2,14 @@
 // A distance field is asked for many points at once: registration never calls it per point.
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
+#include <functional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "ttsdf_localization/field/frame_agreement.h"
 #include "ttsdf_localization/field/grid_geometry.h"
 
 namespace ttsdf {
@@ -22,7 +26,7 @@ Interpolation interpolationFromName(
     const std::string& name);  ///< "nearest" | "trilinear"; throws std::invalid_argument
 const char* name(Interpolation interpolation);
 
-/// `size` points of the map frame [m], structure of arrays.
+/// `size` points of the map frame [m], relative to the field's geometry().origin; structure of arrays.
 struct PointSpan {
   const float* x;
   const float* y;
@@ -47,6 +51,19 @@ struct FieldSamples {
   std::vector<PointState> states;
 };
 
+/// Asked during long work: false ends it with Cancelled. Empty: nobody asks.
+using KeepGoing = std::function<bool()>;
+
+class Cancelled : public std::runtime_error {
+ public:
+  Cancelled() : std::runtime_error("cancelled") {}
+};
+
+/// Throws Cancelled if `keep_going` says so.
+inline void goOn(const KeepGoing& keep_going) {
+  if (keep_going && !keep_going()) throw Cancelled();
+}
+
 class DistanceField {
  public:
   virtual ~DistanceField() = default;
@@ -56,10 +73,22 @@ class DistanceField {
   virtual void evaluate(const PointSpan& points, const SampleSpan& samples) const = 0;
   /// Bytes this field holds in memory, caches included.
   virtual std::size_t memoryBytes() const = 0;
-  /// Makes ahead of the first scan what the field keeps around the surface between evaluations, if anything.
-  virtual void warmUp() const {}
+  /// Makes ahead of the first scan what the field keeps around the surface, if anything. `keep_going` is
+  /// asked every few milliseconds; false: Cancelled, and the field answers as before.
+  virtual void warmUp(const KeepGoing& keep_going = {}) const { static_cast<void>(keep_going); }
+  /// The order of axes in which a walk through the field costs least, the innermost loop last.
+  virtual std::array<int, 3> walkOrder() const { return {{2, 1, 0}}; }
 
+  /// The same for points of the map frame relative to geometry().origin.
   FieldSamples evaluate(const Eigen::Matrix3Xf& points_map) const;
+
+  /// What is known about the errors of the map itself; default: nothing. To be set before the field is
+  /// shared.
+  const FrameAgreement& agreement() const { return agreement_; }
+  void setAgreement(const FrameAgreement& agreement) { agreement_ = agreement; }
+
+ private:
+  FrameAgreement agreement_;
 };
 
 }  // namespace ttsdf

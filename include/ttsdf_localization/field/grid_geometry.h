@@ -13,6 +13,9 @@ struct GridGeometry {
   Dims dims = Dims::Zero();
   double voxel_size = 0.0;                                       ///< [m]
   Eigen::Isometry3d T_map_grid = Eigen::Isometry3d::Identity();  ///< grid frame (metres) -> map frame
+  /// Map frame [m]: what T_map_grid and every point below are relative to. Zero for maps near zero. Fields of
+  /// maps far away (UTM) have whole metres here, so that points in single precision will do.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
 
   Eigen::Vector3d samplePosition(const Eigen::Vector3d& index) const {
     return T_map_grid * (voxel_size * index);
@@ -30,6 +33,18 @@ struct GridGeometry {
            static_cast<std::size_t>(dims[2]);
   }
 };
+
+/// The same grid relative to an origin near it; itself if it lies near zero.
+GridGeometry relativeToOrigin(GridGeometry geometry);
+/// A pose of the map frame relative to the geometry's origin, and back.
+inline Eigen::Isometry3d relativeTo(const GridGeometry& geometry, Eigen::Isometry3d T_map_sensor) {
+  T_map_sensor.translation() -= geometry.origin;
+  return T_map_sensor;
+}
+inline Eigen::Isometry3d inMapFrame(const GridGeometry& geometry, Eigen::Isometry3d T_origin_sensor) {
+  T_origin_sensor.translation() += geometry.origin;
+  return T_origin_sensor;
+}
 
 /// Throws std::invalid_argument: extents >= 1, voxel size positive and finite, T_map_grid a rigid motion.
 void check(const GridGeometry& geometry);

@@ -2,10 +2,10 @@
 // The compressed field, evaluated without decompressing it.
 //
 // For a pair (i, j) of first and middle index the column c_ij = G1(i, :) G2(:, j, :) (r2 numbers) is
-// contracted once and kept; a sample is then a dot product of length r2. Interpolating samples equals
-// interpolating the cores, so the trilinear value and gradient are exact in the TT domain. Registration asks
-// again and again around the same surfaces: samples are kept in small bricks across iterations and scans,
-// within a memory bound, and a point then costs what it costs in the uncompressed array.
+// contracted once and kept for a while; a sample is then a dot product of length r2. Interpolating samples
+// equals interpolating the cores, so the trilinear value and gradient are exact in the TT domain.
+// Registration asks again and again around the same surfaces: as far as the memory allows, samples around the
+// surface are kept as bytes in small bricks, and a point there costs what it costs in the uncompressed array.
 
 #include <cstddef>
 #include <memory>
@@ -18,15 +18,21 @@ namespace ttsdf {
 
 struct TtFieldOptions {
   Interpolation interpolation = Interpolation::kTrilinear;
-  /// Bound on the contracted columns and bricks kept; a block of each and 4 B per brick are always there.
-  double cache_megabytes = 24.0;
-  bool portable = false;  ///< use the portable kernel even where the CPU has wider instructions
+  /// Everything that the map takes: cores, mask, columns, bricks, and the far field of registration, for
+  /// which room is left. Cores, mask, far field and 64 blocks of columns are always there.
+  double memory_megabytes = 3.0;
+};
+
+/// Where the bytes are.
+struct FieldMemory {
+  std::size_t cores = 0, mask = 0, columns = 0, bricks = 0;
+  std::size_t total() const { return cores + mask + columns + bricks; }
 };
 
 class TtDistanceField final : public DistanceField {
  public:
   /// Throws std::invalid_argument if train, mask and geometry disagree or an option is out of range.
-  TtDistanceField(TensorTrain train, const GridGeometry& geometry, SupportMask mask = {},
+  TtDistanceField(const TensorTrain& train, const GridGeometry& geometry, SupportMask mask = {},
                   TtFieldOptions options = {});
   ~TtDistanceField() override;
 
@@ -34,14 +40,17 @@ class TtDistanceField final : public DistanceField {
   using DistanceField::evaluate;
   void evaluate(const PointSpan& points, const SampleSpan& samples) const override;
   std::size_t memoryBytes() const override;
+  FieldMemory memory() const;
 
-  const TensorTrain& train() const;
+  int rank1() const;
+  int rank2() const;
+  /// Extents in chain order.
+  std::array<int, 3> modeSizes() const;
   const SupportMask& mask() const;
-  /// Bytes of contracted columns and bricks held now, book-keeping included.
-  std::size_t cacheBytes() const;
-  /// Makes the bricks around the surface ahead of the first scan, as far as the bound allows. Decodes the
-  /// whole map, and what it keeps once more: about 0.3 s for 8 million voxels.
-  void warmUp() const override;
+  /// Makes the bricks around the surface, as far as the memory allows; once. Until then every point is asked
+  /// of the cores. Cost: the parts of the map near the surface, twice, about 3 us per brick of 7^3 cells.
+  void warmUp(const KeepGoing& keep_going = {}) const override;
+  std::array<int, 3> walkOrder() const override;
 
  private:
   class Impl;

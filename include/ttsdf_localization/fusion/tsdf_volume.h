@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "ttsdf_localization/files/file_writer.h"
 #include "ttsdf_localization/frames/depth_image.h"
 #include "ttsdf_localization/options/option_table.h"
 
@@ -26,6 +27,16 @@ struct FusionOptions {
   int threads = 2;
 };
 const OptionTable<FusionOptions>& fusionOptionTable();
+
+/// Of every .vdb file; saveVdb replaces nothing else.
+extern const FileKind kVdbFile;
+
+/// What of a .vdb file is read.
+struct VdbImport {
+  std::string grid;    ///< name of the grid; empty: the only one of real numbers, or the only level set
+  double scale = 1.0;  ///< metres per unit of the file
+  std::string* note = nullptr;  ///< receives which grid was taken where there was a choice; may be null
+};
 
 /// Not thread-safe; each call uses `threads` threads itself. Results do not depend on their number.
 class TsdfVolume {
@@ -45,18 +56,23 @@ class TsdfVolume {
   /// is not finite.
   void integrate(const Eigen::Matrix3Xf& points, const Eigen::Isometry3d& T_map_sensor);
 
-  /// A level set or TSDF grid made by others (first float grid of the file), resampled to
+  /// A level set or TSDF grid made by others, read in a process of its own and resampled to
   /// `options.voxel_size`, or a file written by saveVdb, restored exactly (voxel size and truncation then
   /// come from the file). A closed level set also says what is inside and outside; in an open one, voxels
   /// that are not active are unknown. The truncation shrinks to the file's band where that is narrower.
-  /// Throws std::runtime_error: no such file, not a VDB file, no float grid, an empty one, a transform that
-  /// is not linear, or a band thinner than a voxel.
-  static TsdfVolume fromVdbFile(const std::string& path, FusionOptions options);
+  /// Throws std::runtime_error: no such file, not a VDB file or a damaged one, no grid of real numbers or
+  /// several, an empty one, a transform that is not linear, extents that cannot be built, or a band thinner
+  /// than a voxel.
+  static TsdfVolume fromVdbFile(const std::string& path, FusionOptions options, const VdbImport& source = {});
 
-  /// Writes grids "tsdf", "weight" and "free". Throws std::runtime_error.
+  /// Writes grids "tsdf", "weight" and "free", as files/file_writer.h has it. Throws std::runtime_error.
   void saveVdb(const std::string& path) const;
 
   const FusionOptions& options() const;
+  /// Where the grids' coordinates begin, in the map frame [m]: zero near the map's origin; elsewhere (UTM)
+  /// whole metres near the first scan, so that single precision will do.
+  const Eigen::Vector3d& origin() const { return origin_; }
+  void setOrigin(const Eigen::Vector3d& origin) { origin_ = origin; }
   std::size_t frameCount() const;
   bool empty() const;  ///< no surface observed
   std::size_t memoryBytes() const;
@@ -69,6 +85,9 @@ class TsdfVolume {
  private:
   std::unique_ptr<Grids> grids_;
   FusionOptions options_;
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+
+  Eigen::Isometry3d relativeToOrigin(const Eigen::Isometry3d& T_map_sensor);
 };
 
 }  // namespace ttsdf

@@ -40,6 +40,7 @@ enum class RefusalReason : std::uint8_t {
   kNoMap,
   kOldStamp,  ///< not newer than the scan before
   kNoPrior,   ///< prior "external" and none given
+  kNoScan,    ///< no usable scan for some time
 };
 const char* name(RefusalReason reason);
 

@@ -78,6 +78,10 @@ class Localizer {
   /// Tries a guess on a scan that may have been processed already.
   LocalizationUpdate relocalize(const LocalizerScan& scan, PoseGuess guess);
 
+  /// No scan was used for `seconds`, where one comes every `usual_interval` [s] otherwise: degraded, then
+  /// lost. Empty: nothing changes by it.
+  std::optional<LocalizationUpdate> withoutScans(double seconds, double usual_interval);
+
   /// Starts a global localization: run the job anywhere, then hand it back. Throws std::logic_error without a
   /// map.
   GlobalJob beginGlobal(const LocalizerScan& scan, const std::optional<Eigen::Vector3d>& gravity);

@@ -44,9 +44,10 @@ const OptionTable<MotionOptions>& motionOptionTable();
 
 /// What happens when scans are refused.
 struct RecoveryOptions {
-  double lost_after_seconds = 0.7;     ///< without a good scan [s] ...
-  int lost_after_scans = 3;            ///< ... and at least this many refused ones: lost
-  double coast_seconds = 5.0;          ///< the same when scans say nothing but odometry goes on [s]
+  double lost_after_seconds = 0.7;  ///< without a good scan [s] ...
+  int lost_after_scans = 3;         ///< ... and at least this many refused ones: lost
+  double coast_seconds = 5.0;  ///< the same when scans say nothing, or none come, but odometry goes on [s]
+  bool lost_without_scans = true;      ///< no scan for coast_seconds: lost; false: degraded for ever
   double search_period = 0.2;          ///< least time between two searches near the prior [s]
   int search_attempts = 5;             ///< searches near the prior before the next rung
   double search_growth = 1.5;          ///< the spread of the starts grows by this factor per attempt

@@ -25,8 +25,8 @@ struct PoseEstimate {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
-/// The prior as it is, or, if a pose found contradicts it beyond chance (99.9 %), less certain in the direction of
-/// the contradiction, so that no more than chance is left of it: as after slipping wheels.
+/// The prior as it is, or, if a pose found contradicts it beyond chance (99.9 %), less certain in the
+/// direction of the contradiction, so that no more than chance is left of it: as after slipping wheels.
 PoseEstimate lessCertain(const PoseEstimate& prior, const Eigen::Isometry3d& T);
 
 /// Keeps `measured` but for the directions in which `prior` is the surer one: nothing is known worse than the

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "ttsdf_localization/files/file_writer.h"
 #include "ttsdf_localization/map/tt_sdf_map.h"
 
 namespace ttsdf {
@@ -17,33 +18,21 @@ class MapFormatError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-enum class Encoding : std::uint8_t { kFloat32 = 0, kFloat16 = 1, kQuantized = 2 };
+/// kQuantizedFirst is how quantized cores were written at first: it is read for ever and no longer written.
+enum class Encoding : std::uint8_t { kFloat32 = 0, kFloat16 = 1, kQuantizedFirst = 2, kQuantized = 3 };
 
-const char* name(Encoding encoding);            ///< "float32" | "float16" | "quantized"
+const char* name(Encoding encoding);            ///< "float32" | "float16" | "quantized-1" | "quantized"
 Encoding encodingFromName(const std::string&);  ///< throws std::invalid_argument
 
-/// How the cores are written. kQuantized takes its coarseness from the first of target_bytes,
-/// quantization_step and quantization_rms that is not 0; the other encodings look at none of them.
-struct EncodeOptions {
-  Encoding encoding = Encoding::kFloat32;
-  /// Error budget as rms of the quantisation over the full array [m]; kept, and checked on the result. 0: a
-  /// tenth of a voxel, well below what ranks up to 100 leave.
-  double quantization_rms = 0.0;
-  /// Step of the middle core's coefficients [m]; for trains that were fitted for it (compactMap).
-  double quantization_step = 0.0;
-  /// The finest quantisation whose whole file has at most so many bytes.
-  std::size_t target_bytes = 0;
+/// What reading a map may cost, whatever its bytes claim.
+struct MapLimits {
+  double max_megabytes = 256.0;  ///< of everything that is decoded, at the same time
+  double max_voxels = 4e9;       ///< of the grid: what is made of a map takes time with them
 };
 
-/// Throws std::invalid_argument if check(map) fails, for ranks above what the mode sizes allow (round the
-/// train first), for text that is no UTF-8, for entries that float16 cannot hold and for a target_bytes out
-/// of reach.
-std::vector<std::uint8_t> serialize(const TtSdfMap& map, const EncodeOptions& options = {});
-/// Bytes of the file that serialize would make. Exact, and as expensive.
-std::size_t encodedSize(const TtSdfMap& map, const EncodeOptions& options);
-/// Throws MapFormatError; never allocates more than what the checked sizes justify (cores of at most 2^26
-/// numbers).
-TtSdfMap deserialize(const std::uint8_t* data, std::size_t size);
+/// Throws MapFormatError. Takes memory and time in proportion to the bytes that are coded: cores of more than
+/// 2^16 numbers and 2^10 more per coded byte are refused, as is what exceeds the limits.
+TtSdfMap deserialize(const std::uint8_t* data, std::size_t size, const MapLimits& limits = {});
 
 struct MapFileInfo {
   Encoding encoding = Encoding::kFloat32;
@@ -54,14 +43,12 @@ struct MapFileInfo {
 /// Checks the container and reads the first field of the cores, nothing else. Throws MapFormatError.
 MapFileInfo fileInfo(const std::uint8_t* data, std::size_t size);
 
-/// Writes to a temporary neighbour and renames: an interrupted save leaves the old file. Throws
-/// std::runtime_error.
-void saveMap(const TtSdfMap& map, const std::string& path, const EncodeOptions& options = {});
+/// Of every map file; saveMap replaces nothing else.
+extern const FileKind kMapFile;
+
 /// Throws std::runtime_error (cannot read) or MapFormatError.
-TtSdfMap loadMap(const std::string& path);
+TtSdfMap loadMap(const std::string& path, const MapLimits& limits = {});
 /// Whole file; throws std::runtime_error naming the path, also for files above `max_bytes`.
 std::vector<std::uint8_t> readFile(const std::string& path, std::size_t max_bytes = std::size_t{1} << 30);
-/// Temporary neighbour, fsync, rename. Throws std::runtime_error naming the path; the old file stays.
-void writeFileAtomically(const std::string& path, const std::vector<std::uint8_t>& bytes);
 
 }  // namespace ttsdf

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "ttsdf_localization/field/frame_agreement.h"
 #include "ttsdf_localization/field/grid_geometry.h"
 #include "ttsdf_localization/field/support_mask.h"
 #include "ttsdf_localization/field/tt_distance_field.h"
@@ -30,13 +31,14 @@ struct TtSdfMap {
   double clamp_negative = 0.0;
   double clamp_positive = 0.0;
   std::string frame_id = "map";
+  FrameAgreement agreement;                     ///< of the frames it was made of, if that was measured
   std::map<std::string, std::string> metadata;  ///< build report and whatever the builder wants to tell
 };
 
 /// Invariants: shapes agree, everything is finite, distances not negative. Throws std::invalid_argument.
 void check(const TtSdfMap& map);
 
-/// The field that registration asks.
+/// The field that registration asks; its points are relative to its geometry's origin (zero near zero).
 std::unique_ptr<TtDistanceField> makeField(const TtSdfMap& map, const TtFieldOptions& options = {});
 
 }  // namespace ttsdf

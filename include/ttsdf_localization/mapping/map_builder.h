@@ -21,6 +21,7 @@ struct BuildReport {
   std::size_t frames = 0, file_bytes = 0, memory_bytes = 0, dense_bytes = 0;
   int rank1 = 0, rank2 = 0;
   std::string encoding;
+  FrameAgreement agreement;  ///< of the frames, if it was measured
 };
 /// JSON object with every figure of the report.
 std::string toJson(const BuildReport& report);
@@ -34,7 +35,8 @@ struct BuiltMap {
 /// Compression of a sampled field.
 BuiltMap compress(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
                   const BuildProgress& progress = {});
-/// Both.
-BuiltMap buildMap(const TsdfVolume& volume, const BuildOptions& options, const BuildProgress& progress = {});
+/// Both. `agreement` of the volume's frames (agreement/frame_comparison.h) becomes part of the map.
+BuiltMap buildMap(const TsdfVolume& volume, const BuildOptions& options, const BuildProgress& progress = {},
+                  const FrameAgreement& agreement = {});
 
 }  // namespace ttsdf

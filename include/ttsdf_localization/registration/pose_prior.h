@@ -7,8 +7,8 @@
 
 namespace ttsdf {
 
-/// Normal distribution of the pose. `information` is of the left perturbation [rotation; translation] about the
-/// sensor's position, map axes; zero: nothing is known.
+/// Normal distribution of the pose. `information` is of the left perturbation [rotation; translation] about
+/// the sensor's position, map axes; zero: nothing is known.
 struct PosePrior {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   Matrix6d information = Matrix6d::Zero();

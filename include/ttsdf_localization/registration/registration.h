@@ -32,21 +32,22 @@ const char* name(TerminationReason reason);  ///< "converged", "max_iterations",
 /// Lengths of 0 follow from the map's voxel size and the scan.
 struct RegistrationOptions {
   std::string method = "robust";  ///< "robust" (Levenberg-Marquardt) or "gauss_newton" (as in the paper)
-  /// Of a prior whose covariance nobody gives [m]; 0: a quarter of the scan's range. Not used by gauss_newton.
+  /// Of a prior whose covariance nobody gives [m]; 0: a quarter of the scan's range. Not used by
+  /// gauss_newton.
   double prior_translation_sigma = 0.0;
   double prior_rotation_sigma = 0.25;  ///< [rad]
   int max_iterations = 60;
-  double rotation_epsilon = 1e-4;     ///< stop when a step turns less [rad] ...
-  double translation_epsilon = 1e-4;  ///< ... and moves less [m]
-  double cost_epsilon = 1e-4;         ///< ... or the cost falls by less than this share
-  double kernel_scale_start = 0.0;    ///< Geman-McClure scale of the first iterations [m]
-  double kernel_scale_end = 0.0;      ///< of the first stage on all points [m]
-  double kernel_scale_least = 0.0;    ///< of the last one where residuals are small, at the least [m]
-  double inlier_distance = 0.0;       ///< |f| below this is an inlier [m]
-  double min_inlier_ratio = 0.4;      ///< of the points in known space; fewer is no success
-  double min_known_ratio = 0.2;       ///< share of points in known space that is needed
-  double min_confidence = 0.5;        ///< a verification that is less confident is no success
-  double degenerate_threshold = 0.0003; ///< directions with less information are reported as degenerate
+  double rotation_epsilon = 1e-4;        ///< stop when a step turns less [rad] ...
+  double translation_epsilon = 1e-4;     ///< ... and moves less [m]
+  double cost_epsilon = 1e-4;            ///< ... or the cost falls by less than this share
+  double kernel_scale_start = 0.0;       ///< Geman-McClure scale of the first iterations [m]
+  double kernel_scale_end = 0.0;         ///< of the first stage on all points [m]
+  double kernel_scale_least = 0.0;       ///< of the last one where residuals are small, at the least [m]
+  double inlier_distance = 0.0;          ///< |f| below this is an inlier [m]
+  double min_inlier_ratio = 0.4;         ///< of the points in known space; fewer is no success
+  double min_known_ratio = 0.2;          ///< share of points in known space that is needed
+  double min_confidence = 0.5;           ///< a verification that is less confident is no success
+  double degenerate_threshold = 0.0003;  ///< directions with less information are reported as degenerate
   bool check_facing = true;  ///< points behind a mapped surface, as the scan sees it, carry no information
   bool long_range = true;    ///< pull scans in by a coarse distance field made from the map when it is loaded
   int restarts = 32;  ///< further starts around the prior when the first ones explain the scan badly ...
@@ -61,20 +62,21 @@ struct RegistrationResult {
   TerminationReason reason = TerminationReason::kTooFewPoints;
   bool success = false;  ///< the pose was verified: it may be used
   int iterations = 0;
-  int points = 0;              ///< points used
-  double rms_residual = 0.0;   ///< of the inliers [m]
-  double inlier_ratio = 0.0;   ///< inliers / points in known space
+  int points = 0;                ///< points used
+  double rms_residual = 0.0;     ///< of the inliers [m]
+  double inlier_ratio = 0.0;     ///< inliers / points in known space
   double inlier_distance = 0.0;  ///< what was an inlier [m]
-  double outside_ratio = 0.0;  ///< points outside the box / points
-  double unknown_ratio = 0.0;  ///< points in unknown space / points
-  double behind_ratio = 0.0;   ///< points that mapped surfaces turn their backs on / points
-  double score = 1.0;          ///< mean r^2 / (r^2 + s^2), s = 0.6 inlier_distance; unknown 0.7, outside or behind 1
-                               ///< (0 is perfect)
+  double outside_ratio = 0.0;    ///< points outside the box / points
+  double unknown_ratio = 0.0;    ///< points in unknown space / points
+  double behind_ratio = 0.0;     ///< points that mapped surfaces turn their backs on / points
+  double score = 1.0;  ///< mean r^2 / (r^2 + s^2), s = 0.6 inlier_distance; unknown 0.7, outside or behind 1
+                       ///< (0 is perfect)
   double blocked_ratio = 0.0;    ///< rays that the map's matter stands in the way of / rays (method robust)
   double runner_up_score = 1.0;  ///< global: score + blocked_ratio of the best distinct other place
   Eigen::Isometry3d T_map_runner_up = Eigen::Isometry3d::Identity();
   double explained_ratio = 0.0;  ///< inliers / points in known space, of points that were not used (robust)
-  /// Least evidence [standard errors] against a pose that is inlier_distance off along a weak direction (robust).
+  /// Least evidence [standard errors] against a pose that is inlier_distance off along a weak direction
+  /// (robust).
   double least_evidence = 0.0;
   double confidence = 0.0;  ///< that the pose is right, from the verification [0, 1] (method robust)
   /// Of the pose given scan and prior: left perturbation [rotation; translation] about the sensor's position.
@@ -105,13 +107,14 @@ class Registration {
   Registration& operator=(Registration&&) noexcept;
 
   /// The most likely pose given scan and prior. `covariance` is of the prior: left perturbation [rotation;
-  /// translation] about the sensor's position; without it the options' sigmas count. Along directions that the
-  /// scan does not fix the answer is the prior. Not thread-safe (owns work space); never throws for bad points.
+  /// translation] about the sensor's position; without it the options' sigmas count. Along directions that
+  /// the scan does not fix the answer is the prior. Not thread-safe (owns work space); never throws for bad
+  /// points.
   RegistrationResult align(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor_prior,
                            const std::optional<Matrix6d>& covariance = std::nullopt);
 
-  /// The same from several starts: the pose that explains scan and prior best. The runner-up is the best other
-  /// place. Of one evidence, the start that comes first.
+  /// The same from several starts: the pose that explains scan and prior best. The runner-up is the best
+  /// other place. Of one evidence, the start that comes first.
   RegistrationResult alignFrom(const ScanPoints& points, const std::vector<Eigen::Isometry3d>& starts,
                                const PosePrior& prior);
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ttsdf_localization/build_steps/build_options.h"
+#include "ttsdf_localization/field/frame_agreement.h"
 #include "ttsdf_localization/field/grid_geometry.h"
 #include "ttsdf_localization/field/support_mask.h"
 #include "ttsdf_localization/fusion/tsdf_volume.h"
@@ -26,6 +27,7 @@ struct SampledField {
   GridGeometry geometry;
   SupportMask mask;
   std::string frame_id = "map";  ///< the map's frame
+  FrameAgreement agreement;      ///< of the frames it was made of
 };
 
 /// Signed distance over the volume's box as the options say. Throws std::runtime_error if nothing was

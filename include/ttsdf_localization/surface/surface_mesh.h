@@ -12,8 +12,10 @@ struct SampledField;
 struct TtSdfMap;
 
 struct SurfaceMesh {
-  Eigen::Matrix3Xf vertices;   ///< map frame [m]
+  Eigen::Matrix3Xf vertices;   ///< map frame [m], relative to `origin`
   Eigen::Matrix3Xi triangles;  ///< vertex indices, counter-clockwise seen from free space
+  /// Map frame [m]. Not zero where the coordinates are too large for single precision (UTM, ECEF).
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
 
   bool empty() const { return triangles.cols() == 0; }
 };
@@ -21,12 +23,14 @@ struct SurfaceMesh {
 /// Throws std::invalid_argument: a vertex that is not finite, an index out of range.
 void check(const SurfaceMesh& mesh);
 
-/// Reads .ply, .obj or .off through assimp (any line ending, soups, polygons are split); equal vertices are
-/// joined, triangles without area dropped, coordinates multiplied by `scale`. Throws std::runtime_error
-/// naming the file: unreadable, no mesh, no triangle, not finite.
+/// Reads .ply, .obj, .off and .stl (readers/triangle_file.h) and, through assimp in a process of its own,
+/// .gltf, .glb and what else it knows. Equal vertices are joined, triangles without area dropped, coordinates
+/// multiplied by `scale` in double precision and kept relative to an origin where they are far away. Throws
+/// std::runtime_error naming the file.
 SurfaceMesh readMesh(const std::string& path, double scale = 1.0);
 
-/// Binary .ply. Throws std::invalid_argument for an empty mesh, std::runtime_error if it cannot be written.
+/// Binary .ply, in double precision if the mesh has an origin of its own. Throws std::invalid_argument for an
+/// empty mesh, std::runtime_error if it cannot be written.
 void writePly(const SurfaceMesh& mesh, const std::string& path);
 
 /// The observed surface of a volume: zero crossings between observed band voxels only, so neither the back of

@@ -1,14 +1,19 @@
 #pragma once
-// One line on stderr that says how far a long run is, and nothing where stderr is no terminal.
+// How far a long run is, on stderr: a line that is redrawn on a terminal, and elsewhere a line of its own
+// whenever nothing was said for four seconds. A thread of its own speaks where the work does not.
 
 #include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <string>
+#include <thread>
 
 namespace ttsdf {
 
 class Progress {
  public:
-  Progress();
+  /// `program` begins the lines of its own.
+  explicit Progress(std::string program = {});
   /// Erases the line.
   ~Progress();
   Progress(const Progress&) = delete;
@@ -20,11 +25,21 @@ class Progress {
   void note(const std::string& line);
 
  private:
+  using Clock = std::chrono::steady_clock;
+  void watch();
+  void say();
   void erase();
-  bool terminal_;
-  bool drawn_ = false;
+
+  const std::string program_;
+  const bool terminal_;
+  const Clock::time_point begin_ = Clock::now();
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  bool drawn_ = false, end_ = false;
   std::string step_;
-  std::chrono::steady_clock::time_point last_draw_;
+  double share_ = 0.0;
+  Clock::time_point last_word_ = begin_;
+  std::thread watch_;
 };
 
 }  // namespace ttsdf

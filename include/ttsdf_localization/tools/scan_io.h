@@ -10,11 +10,12 @@
 
 namespace ttsdf {
 
-/// Points of a .pcd, .ply or .bin file (float32 x y z, little endian), non-finite ones included. Throws
+/// Points of a scan (readers/cloud_file.h: .pcd, .ply, .bin, .xyz, ...), non-finite ones included. Throws
 /// std::runtime_error naming the file.
 ScanPoints readScan(const std::string& path);
 
-/// One line of a batch list: `scan prior [truth]`, names as written there.
+/// One line of a batch list: `scan prior [truth]`, names as written there, those with blanks in double
+/// quotes.
 struct BatchEntry {
   std::string scan, prior;
   std::optional<std::string> truth;

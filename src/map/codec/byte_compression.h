@@ -8,9 +8,6 @@
 
 namespace ttsdf {
 
-/// Throws std::runtime_error if liblzma fails (memory).
-std::vector<std::uint8_t> compressBytes(const std::vector<std::uint8_t>& raw);
-
 /// Exactly `raw_size` bytes; throws MapFormatError, naming `what`, for anything else.
 std::vector<std::uint8_t> decompressBytes(const std::uint8_t* data, std::size_t size, std::size_t raw_size,
                                           const std::string& what);

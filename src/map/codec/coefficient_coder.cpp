@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "bit_packer.h"
+#include "bits.h"
 #include "byte_compression.h"
 #include "magnitude_tables.h"
 
@@ -14,12 +14,6 @@ namespace {
 /// One bit each for "is it above n", n = 0, 1, 2; what is left goes to bytes.
 constexpr std::int32_t kLayers = 3;
 constexpr int kMaxVarintBytes = 4;
-
-/// Seven bits per byte, the low ones first; small numbers take one byte.
-void pushVarint(std::vector<std::uint8_t>& bytes, std::uint32_t value) {
-  for (; value >= 128; value >>= 7) bytes.push_back(static_cast<std::uint8_t>(value | 128u));
-  bytes.push_back(static_cast<std::uint8_t>(value));
-}
 
 std::uint32_t takeVarint(ByteReader& in) {
   std::uint32_t value = 0;
@@ -57,46 +51,11 @@ void readLarge(ByteReader& in, const std::vector<std::uint32_t>& large,
   bytes.expectEnd();
 }
 
-std::vector<std::int32_t> joined(const std::vector<const CoefficientBlock*>& blocks) {
-  std::vector<std::int32_t> values;
-  for (const CoefficientBlock* block : blocks)
-    values.insert(values.end(), block->values.begin(), block->values.end());
-  return values;
-}
-
 }  // namespace
 
 CoefficientBlock::CoefficientBlock(int n0, int n1, int n2) : extents{{n0, n1, n2}} {
   values.assign(static_cast<std::size_t>(n0) * static_cast<std::size_t>(n1) * static_cast<std::size_t>(n2),
                 0);
-}
-
-void writeCoefficients(const std::vector<const CoefficientBlock*>& blocks, ByteWriter& out) {
-  std::vector<MagnitudeTables> tables;
-  for (const CoefficientBlock* block : blocks) tables.push_back(makeTables(*block));
-  out.block(compressBytes(packTables(tables)));
-
-  const std::vector<std::int32_t> all = joined(blocks);
-  std::vector<std::int32_t> values;
-  BitPacker signs;
-  for (const std::uint32_t n : expectedOrder(tables)) {
-    values.push_back(all[n]);
-    if (all[n] != 0) signs.push(all[n] < 0);
-  }
-  for (std::int32_t layer = 0; layer < kLayers; ++layer) {
-    BitPacker above;
-    for (const std::int32_t value : values) above.push(std::abs(value) > layer);
-    values.erase(
-        std::remove_if(values.begin(), values.end(), [=](std::int32_t v) { return std::abs(v) <= layer; }),
-        values.end());
-    out.block(compressBytes(above.bytes()));
-  }
-  std::vector<std::uint8_t> large;
-  for (const std::int32_t value : values)
-    pushVarint(large, static_cast<std::uint32_t>(std::abs(value) - kLayers));
-  out.u32(static_cast<std::uint32_t>(large.size()));
-  out.block(compressBytes(large));
-  out.bytes(signs.bytes());
 }
 
 void readCoefficients(ByteReader& in, const std::vector<CoefficientBlock*>& blocks) {

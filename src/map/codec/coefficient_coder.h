@@ -25,8 +25,6 @@ struct CoefficientBlock {
 /// Largest magnitude that can be coded.
 constexpr std::int32_t kMaxCoefficient = (1 << 24) - 1;
 
-void writeCoefficients(const std::vector<const CoefficientBlock*>& blocks, ByteWriter& out);
-
 /// Fills blocks of known extents. Throws MapFormatError.
 void readCoefficients(ByteReader& in, const std::vector<CoefficientBlock*>& blocks);
 

@@ -1,41 +1,12 @@
 #include "magnitude_tables.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 
 #include "../format/byte_io.h"
 
 namespace ttsdf {
 
 namespace {
-
-constexpr int kUnit = 64;
-constexpr int kLargestLevel = 127;
-/// Magnitudes count at most this much in the averages: outliers would hide the rest.
-constexpr std::int32_t kAverageCap = 6;
-
-using SliceSums = std::array<std::vector<double>, 3>;
-
-SliceSums cappedSums(const CoefficientBlock& block) {
-  SliceSums sums;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    sums[axis].assign(static_cast<std::size_t>(block.extents[axis]), 0.0);
-  std::size_t n = 0;
-  for (double& of_c : sums[2]) {
-    for (double& of_b : sums[1]) {
-      double row = 0.0;
-      for (double& of_a : sums[0]) {
-        const double magnitude = std::min(std::abs(block.values[n++]), kAverageCap);
-        of_a += magnitude;
-        row += magnitude;
-      }
-      of_b += row;
-      of_c += row;
-    }
-  }
-  return sums;
-}
 
 /// Calls visit(level, index) for every coefficient that is not known to be zero, in storage order.
 template <typename Visitor>
@@ -59,42 +30,6 @@ void visitCoded(const std::vector<MagnitudeTables>& tables, const Visitor& visit
 }
 
 }  // namespace
-
-MagnitudeTables makeTables(const CoefficientBlock& block) {
-  const SliceSums sums = cappedSums(block);
-  const auto count = static_cast<double>(block.values.size());
-  double total = 0.0;
-  for (const double sum : sums[0]) total += sum;
-  MagnitudeTables tables;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double per_slice = count / static_cast<double>(block.extents[axis]);
-    // The last axis carries the absolute size, the other two are relative to the mean.
-    const double reference = axis == 2 ? 1.0 : std::max(total / count, 1e-12);
-    for (const double sum : sums[axis]) {
-      int level = 0;
-      if (sum > 0.0) {
-        const auto quarters = static_cast<int>(std::lround(4.0 * std::log2(sum / per_slice / reference)));
-        level = std::clamp(kUnit + quarters, 1, kLargestLevel);
-      }
-      tables.axis[axis].push_back(static_cast<std::uint8_t>(level));
-    }
-  }
-  return tables;
-}
-
-std::vector<std::uint8_t> packTables(const std::vector<MagnitudeTables>& tables) {
-  std::vector<std::uint8_t> packed;
-  for (const MagnitudeTables& block : tables) {
-    for (const auto& table : block.axis) {
-      std::uint8_t before = 0;
-      for (const std::uint8_t level : table) {
-        packed.push_back(static_cast<std::uint8_t>(level - before));
-        before = level;
-      }
-    }
-  }
-  return packed;
-}
 
 std::vector<MagnitudeTables> unpackTables(const std::vector<std::uint8_t>& packed,
                                           const std::vector<std::array<int, 3>>& extents,

@@ -16,11 +16,11 @@ struct MagnitudeTables {
   std::array<std::vector<std::uint8_t>, 3> axis;
 };
 
-MagnitudeTables makeTables(const CoefficientBlock& block);
+constexpr int kUnitLevel = 64;
+constexpr int kLargestLevel = 127;
 
-/// One byte per entry, as differences along each axis: neighbours are alike.
-std::vector<std::uint8_t> packTables(const std::vector<MagnitudeTables>& tables);
-/// Throws MapFormatError, naming `what`. `packed` has as many bytes as the blocks have slices.
+/// One byte per entry, as differences along each axis: neighbours are alike. Throws MapFormatError, naming
+/// `what`. `packed` has as many bytes as the blocks have slices.
 std::vector<MagnitudeTables> unpackTables(const std::vector<std::uint8_t>& packed,
                                           const std::vector<std::array<int, 3>>& extents,
                                           const std::string& what);

@@ -7,10 +7,7 @@
 
 namespace ttsdf {
 
-/// Cell size and the coded cells. The mask must not be empty.
-void writeMask(const SupportMask& mask, ByteWriter& out);
-
 /// The mask of a grid of `dims` voxels. Throws MapFormatError.
-SupportMask readMask(ByteReader& in, const Dims& dims);
+SupportMask readMask(ByteReader& in, const Dims& dims, double max_megabytes);
 
 }  // namespace ttsdf

@@ -1,6 +1,8 @@
 #include "quantized_cores.h"
 
+#include "coefficient_model.h"
 #include "cosine_transform.h"
+#include "range_decoder.h"
 
 namespace ttsdf {
 
@@ -8,10 +10,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXf;
-
-void writeOffsets(const Offsets& offsets, ByteWriter& out) {
-  for (const std::int8_t offset : offsets) out.u8(static_cast<std::uint8_t>(offset));
-}
 
 Offsets readOffsets(ByteReader& in) {
   Offsets offsets{};
@@ -27,10 +25,10 @@ float readStep(ByteReader& in) {
   return step;
 }
 
-void writeBasis(const QuantizedBasis& basis, ByteWriter& out) {
-  out.f32(basis.finest_step);
-  writeOffsets(basis.offsets, out);
-  out.bytes(basis.coarseness);
+void readRangeCoded(ByteReader& in, const std::vector<CoefficientBlock*>& blocks) {
+  RangeDecoder stream(in);
+  for (CoefficientBlock* block : blocks) CoefficientModel<RangeDecoder>(stream).code(*block);
+  stream.finish();
 }
 
 /// All but the coefficients, which come later in one stream.
@@ -66,15 +64,6 @@ MatrixXf QuantizedCores::decodedMiddle() const {
   return rowsFromFrequencies(frequencies);
 }
 
-void writeQuantized(const QuantizedCores& cores, ByteWriter& out) {
-  writeCoreHeader(cores.header, out);
-  out.f32(cores.step);
-  writeOffsets(cores.offsets, out);
-  writeBasis(cores.first, out);
-  writeBasis(cores.last, out);
-  writeCoefficients({&cores.first.values, &cores.middle, &cores.last.values}, out);
-}
-
 QuantizedCores readQuantized(ByteReader& in, const CoreHeader& header) {
   QuantizedCores cores;
   cores.header = header;
@@ -83,7 +72,12 @@ QuantizedCores readQuantized(ByteReader& in, const CoreHeader& header) {
   cores.first = readBasis(in, header.sizes[0], header.rank1);
   cores.last = readBasis(in, header.sizes[2], header.rank2);
   cores.middle = CoefficientBlock(header.rank1, header.rank2, header.sizes[1]);
-  readCoefficients(in, {&cores.first.values, &cores.middle, &cores.last.values});
+  const std::vector<CoefficientBlock*> blocks = {&cores.first.values, &cores.middle, &cores.last.values};
+  if (header.encoding == Encoding::kQuantizedFirst) {
+    readCoefficients(in, blocks);
+  } else {
+    readRangeCoded(in, blocks);
+  }
   in.expectEnd();
   return cores;
 }

@@ -37,7 +37,6 @@ struct QuantizedCores {
   Eigen::MatrixXf decodedMiddle() const;
 };
 
-void writeQuantized(const QuantizedCores& cores, ByteWriter& out);
 /// Throws MapFormatError.
 QuantizedCores readQuantized(ByteReader& in, const CoreHeader& header);
 TensorTrain dequantize(const QuantizedCores& cores);

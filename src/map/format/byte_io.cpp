@@ -12,28 +12,6 @@ void refuse(const std::string& what, const std::string& got, const std::string& 
   throw MapFormatError(what + ": got " + got + ", wanted " + wanted);
 }
 
-void ByteWriter::f32(float value) {
-  std::uint32_t raw = 0;
-  std::memcpy(&raw, &value, sizeof(raw));
-  u32(raw);
-}
-
-void ByteWriter::f64(double value) {
-  std::uint64_t raw = 0;
-  std::memcpy(&raw, &value, sizeof(raw));
-  u64(raw);
-}
-
-void ByteWriter::string(const std::string& text) {
-  u32(static_cast<std::uint32_t>(text.size()));
-  bytes_.insert(bytes_.end(), text.begin(), text.end());
-}
-
-void ByteWriter::block(const std::vector<std::uint8_t>& data) {
-  u32(static_cast<std::uint32_t>(data.size()));
-  bytes(data);
-}
-
 const std::uint8_t* ByteReader::take(std::size_t size) {
   if (size > remaining()) {
     refuse(what_, "only " + std::to_string(remaining()) + " more bytes", std::to_string(size));

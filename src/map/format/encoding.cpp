@@ -6,7 +6,7 @@
 #include <cstring>
 #include <sstream>
 
-#include "../codec/core_quantizer.h"
+#include "../codec/quantized_cores.h"
 
 namespace ttsdf {
 
@@ -16,77 +16,10 @@ namespace {
 /// for.
 constexpr double kMaxParameters = 1 << 26;
 
-/// IEEE 754 half precision has no number above this.
-constexpr float kMaxHalf = 65504.0f;
-
-static_assert(sizeof(Eigen::half) == 2, "Eigen::half is its bits");
-
-std::uint16_t bitsOf(Eigen::half value) {
-  std::uint16_t bits;
-  std::memcpy(&bits, &value, sizeof(bits));
-  return bits;
-}
-
 Eigen::half halfOf(std::uint16_t bits) {
   Eigen::half value;
   std::memcpy(static_cast<void*>(&value), &bits, sizeof(bits));
   return value;
-}
-
-CoreHeader headerOf(const TensorTrain& train, Encoding encoding) {
-  CoreHeader header;
-  header.encoding = encoding;
-  header.axes = train.axes();
-  header.sizes = train.modeSizes();
-  header.rank1 = train.rank1();
-  header.rank2 = train.rank2();
-  return header;
-}
-
-/// Empty if the ranks can be those of a train of these extents, else what they should be.
-std::string wantedRanks(const CoreHeader& header) {
-  const auto [n1, n2, n3] = header.sizes;
-  const double limit1 = std::min<double>(n1, static_cast<double>(n2) * n3);
-  const double limit2 = std::min<double>(n3, static_cast<double>(n1) * n2);
-  const double r1 = header.rank1, r2 = header.rank2;
-  std::ostringstream text;
-  text.precision(12);
-  if (r1 < 1 || r1 > limit1 || r2 < 1 || r2 > limit2) {
-    text << "r1 in 1.." << limit1 << " and r2 in 1.." << limit2 << " for modes of " << n1 << ", " << n2
-         << ", " << n3;
-  } else if (n1 * r1 + r1 * n2 * r2 + n3 * r2 > kMaxParameters) {
-    text << "cores of at most " << kMaxParameters << " numbers";
-  }
-  return text.str();
-}
-
-std::string ranksText(const CoreHeader& header) {
-  return std::to_string(header.rank1) + " and " + std::to_string(header.rank2);
-}
-
-template <typename Visitor>
-void forEachCore(const TensorTrain& train, const Visitor& visit) {
-  visit(train.first());
-  visit(train.middle());
-  visit(train.last());
-}
-
-void writeFloat32(const TensorTrain& train, ByteWriter& out) {
-  forEachCore(train, [&](const Eigen::MatrixXf& core) {
-    for (Eigen::Index n = 0; n < core.size(); ++n) out.f32(core.data()[n]);
-  });
-}
-
-void writeFloat16(const TensorTrain& train, ByteWriter& out) {
-  forEachCore(train, [&](const Eigen::MatrixXf& core) {
-    if (core.cwiseAbs().maxCoeff() > kMaxHalf) {
-      throw std::invalid_argument("float16: got a core entry of " +
-                                  std::to_string(core.cwiseAbs().maxCoeff()) + ", wanted at most 65504");
-    }
-    for (Eigen::Index n = 0; n < core.size(); ++n) {
-      out.u16(bitsOf(static_cast<Eigen::half>(core.data()[n])));
-    }
-  });
 }
 
 /// Reads a core number by number; the bytes that must be there were counted before.
@@ -112,17 +45,32 @@ TensorTrain readPlain(ByteReader& in, const CoreHeader& header, std::size_t numb
 
 }  // namespace
 
-void writeCoreHeader(const CoreHeader& header, ByteWriter& out) {
-  out.u8(static_cast<std::uint8_t>(header.encoding));
-  for (const int axis : header.axes) out.u8(static_cast<std::uint8_t>(axis));
-  out.u32(static_cast<std::uint32_t>(header.rank1));
-  out.u32(static_cast<std::uint32_t>(header.rank2));
+/// Empty if the ranks can be those of a train of these extents, else what they should be.
+std::string wantedRanks(const CoreHeader& header) {
+  const auto [n1, n2, n3] = header.sizes;
+  const double limit1 = std::min<double>(n1, static_cast<double>(n2) * n3);
+  const double limit2 = std::min<double>(n3, static_cast<double>(n1) * n2);
+  const double r1 = header.rank1, r2 = header.rank2;
+  std::ostringstream text;
+  text.precision(12);
+  if (r1 < 1 || r1 > limit1 || r2 < 1 || r2 > limit2) {
+    text << "r1 in 1.." << limit1 << " and r2 in 1.." << limit2 << " for modes of " << n1 << ", " << n2
+         << ", " << n3;
+  } else if (n1 * r1 + r1 * n2 * r2 + n3 * r2 > kMaxParameters) {
+    text << "cores of at most " << kMaxParameters << " numbers";
+  }
+  return text.str();
+}
+
+std::string ranksText(const CoreHeader& header) {
+  return std::to_string(header.rank1) + " and " + std::to_string(header.rank2);
 }
 
 Encoding readEncoding(ByteReader& in) {
   const std::uint8_t encoding = in.u8();
   if (encoding > static_cast<std::uint8_t>(Encoding::kQuantized)) {
-    refuse(in.what() + ": encoding", std::to_string(encoding), "0 (float32), 1 (float16) or 2 (quantized)");
+    refuse(in.what() + ": encoding", std::to_string(encoding),
+           "0 (float32), 1 (float16), 2 (quantized-1) or 3 (quantized)");
   }
   return static_cast<Encoding>(encoding);
 }
@@ -149,52 +97,37 @@ static CoreHeader readCoreHeader(ByteReader& in, const Dims& dims) {
   return header;
 }
 
-static QuantizedCores quantizeAs(const TensorTrain& train, const EncodeOptions& options,
-                                 const CoreBudget& budget) {
-  const CoreQuantizer quantizer(train);
-  if (options.target_bytes > 0) {
-    const std::size_t wanted = budget.other_bytes + CoreQuantizer::kSmallestBytes;
-    if (options.target_bytes < wanted) {
-      throw std::invalid_argument("target_bytes: got " + std::to_string(options.target_bytes) +
-                                  ", wanted at least " + std::to_string(wanted));
-    }
-    return quantizer.toBytes(options.target_bytes - budget.other_bytes);
+/// Before anything is decoded: as many numbers as the limits and the coded bytes allow.
+static void requireBounds(const CoreHeader& header, std::size_t coded, double max_megabytes,
+                          const std::string& what) {
+  constexpr double kBytesPerNumber = 16.0;  // whole numbers, frequencies, cores: at the same time
+  constexpr double kFree = 1 << 16, kNumbersPerByte = 1 << 10;
+  const auto numbers = static_cast<double>(header.parameterCount());
+  const auto text = [](double n) {
+    std::ostringstream out;
+    out.precision(12);
+    out << n;
+    return out.str();
+  };
+  if (!(numbers * kBytesPerNumber <= 1e6 * max_megabytes)) {
+    refuse(what + ": memory of the cores", text(1e-6 * numbers * kBytesPerNumber) + " MB",
+           "at most " + text(max_megabytes) + " (max_map_megabytes)");
   }
-  if (options.quantization_step > 0.0) return quantizer.toStep(options.quantization_step);
-  return quantizer.toRms(options.quantization_rms > 0.0 ? options.quantization_rms : budget.default_rms);
-}
-
-void writeCores(const TensorTrain& train, const EncodeOptions& options, const CoreBudget& budget,
-                ByteWriter& out) {
-  const CoreHeader header = headerOf(train, options.encoding);
-  const std::string wanted = wantedRanks(header);
-  if (!wanted.empty()) {
-    throw std::invalid_argument("map: got ranks " + ranksText(header) + ", wanted " + wanted +
-                                " (round the train first)");
-  }
-  for (const double limit : {options.quantization_rms, options.quantization_step}) {
-    if (!std::isfinite(limit) || limit < 0.0) {
-      throw std::invalid_argument("quantization: got " + std::to_string(limit) +
-                                  " m, wanted a finite number >= 0");
-    }
-  }
-  if (options.encoding == Encoding::kQuantized) {
-    writeQuantized(quantizeAs(train, options, budget), out);
-    return;
-  }
-  writeCoreHeader(header, out);
-  if (options.encoding == Encoding::kFloat16) {
-    writeFloat16(train, out);
-  } else {
-    writeFloat32(train, out);
+  if (numbers > kFree + kNumbersPerByte * static_cast<double>(coded)) {
+    refuse(what + ": numbers of the cores", text(numbers),
+           "at most " + text(kFree + kNumbersPerByte * static_cast<double>(coded)) + " in " +
+               std::to_string(coded) + " bytes");
   }
 }
 
-TensorTrain readCores(ByteReader& in, const Dims& dims) {
+TensorTrain readCores(ByteReader& in, const Dims& dims, double max_megabytes) {
+  const std::size_t coded = in.remaining();
   const CoreHeader header = readCoreHeader(in, dims);
+  requireBounds(header, coded, max_megabytes, in.what());
   switch (header.encoding) {
     case Encoding::kFloat16:
       return readPlain(in, header, 2, [&] { return static_cast<float>(halfOf(in.u16())); });
+    case Encoding::kQuantizedFirst:
     case Encoding::kQuantized:
       return dequantize(readQuantized(in, header));
     case Encoding::kFloat32:

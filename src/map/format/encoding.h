@@ -6,19 +6,9 @@
 
 namespace ttsdf {
 
-/// What the rest of the map says about the cores.
-struct CoreBudget {
-  double default_rms;       ///< [m], for options that name none
-  std::size_t other_bytes;  ///< of the file without its cores
-};
-
-/// Throws std::invalid_argument for what serialize's documentation lists.
-void writeCores(const TensorTrain& train, const EncodeOptions& options, const CoreBudget& budget,
-                ByteWriter& out);
-
 /// The train of a grid of `dims` voxels. Throws MapFormatError before it allocates anything that the checked
 /// sizes do not justify.
-TensorTrain readCores(ByteReader& in, const Dims& dims);
+TensorTrain readCores(ByteReader& in, const Dims& dims, double max_megabytes);
 
 /// The first field of the section.
 Encoding readEncoding(ByteReader& in);
@@ -39,6 +29,8 @@ struct CoreHeader {
   static std::size_t count(int a, int b) { return static_cast<std::size_t>(a) * static_cast<std::size_t>(b); }
 };
 
-void writeCoreHeader(const CoreHeader& header, ByteWriter& out);
+/// Empty if the ranks can be those of a train of these extents, else what they should be.
+std::string wantedRanks(const CoreHeader& header);
+std::string ranksText(const CoreHeader& header);
 
 }  // namespace ttsdf

@@ -14,15 +14,9 @@ namespace ttsdf {
 
 namespace {
 
-/// Line ends of both kinds and the end-of-file of DOS: a transfer in text mode damages them visibly (as in
-/// PNG).
-constexpr std::array<std::uint8_t, 8> kMagic = {{'T', 'T', 'S', 'D', 'F', '\r', '\n', 0x1A}};
-constexpr std::size_t kHeaderBytes = 32;
-constexpr std::size_t kEntryBytes = 24;
-constexpr std::size_t kChecksumAt = 24;
 constexpr std::uint32_t kMaxSections = 64;
-constexpr std::array<std::uint32_t, 5> kKnown = {
-    {kGeometrySection, kFieldSection, kCoreSection, kMaskSection, kMetadataSection}};
+constexpr std::array<std::uint32_t, 6> kKnown = {
+    {kGeometrySection, kFieldSection, kCoreSection, kMaskSection, kMetadataSection, kAgreementSection}};
 
 std::string hex(std::uint32_t value) {
   std::ostringstream text;
@@ -38,12 +32,6 @@ std::string sectionName(std::uint32_t id) {
     text += static_cast<char>(c);
   }
   return text;
-}
-
-/// Of header and table, as if the checksum field were not there.
-std::uint32_t headerChecksum(const std::uint8_t* data, std::size_t size) {
-  const std::uint32_t before = checksum(data, kChecksumAt);
-  return checksum(data + kChecksumAt + 4, size - kChecksumAt - 4, before);
 }
 
 struct Header {
@@ -75,32 +63,14 @@ Header readHeader(ByteReader& in) {
 
 }  // namespace
 
-std::uint32_t checksum(const std::uint8_t* data, std::size_t size, std::uint32_t start) {
-  return static_cast<std::uint32_t>(crc32_z(start, data, size));
+/// Of header and table, as if the checksum field were not there.
+std::uint32_t headerChecksum(const std::uint8_t* data, std::size_t size) {
+  const std::uint32_t before = checksum(data, kChecksumAt);
+  return checksum(data + kChecksumAt + 4, size - kChecksumAt - 4, before);
 }
 
-std::vector<std::uint8_t> writeContainer(const std::vector<Section>& sections) {
-  std::size_t total = kHeaderBytes + kEntryBytes * sections.size();
-  for (const Section& section : sections) total += section.payload.size();
-  ByteWriter out;
-  out.data().reserve(total);
-  for (const std::uint8_t byte : kMagic) out.u8(byte);
-  out.u32(kMapFormatVersion);
-  out.u32(static_cast<std::uint32_t>(sections.size()));
-  out.u64(total);
-  out.u32(0);  // checksum, below
-  out.u32(0);
-  for (const Section& section : sections) {
-    out.u32(section.id);
-    out.u32(section.flags);
-    out.u64(section.payload.size());
-    out.u32(checksum(section.payload.data(), section.payload.size()));
-    out.u32(0);
-  }
-  const std::uint32_t crc = headerChecksum(out.data().data(), out.size());
-  for (std::size_t n = 0; n < 4; ++n) out.data()[kChecksumAt + n] = static_cast<std::uint8_t>(crc >> (8 * n));
-  for (const Section& section : sections) out.bytes(section.payload);
-  return std::move(out.data());
+std::uint32_t checksum(const std::uint8_t* data, std::size_t size, std::uint32_t start) {
+  return static_cast<std::uint32_t>(crc32_z(start, data, size));
 }
 
 Container::Container(const std::uint8_t* data, std::size_t size) {

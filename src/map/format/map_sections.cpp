@@ -1,5 +1,8 @@
 #include "map_sections.h"
 
+#include <algorithm>
+#include <sstream>
+
 #include "../codec/byte_compression.h"
 #include "utf8.h"
 
@@ -12,11 +15,6 @@ constexpr std::uint32_t kMaxExtent = 1u << 20;
 // file.
 constexpr double kMaxVoxels = 17179869184.0;                   // 2^34
 constexpr double kMinVoxelSize = 1e-5, kMaxVoxelSize = 100.0;  // [m]
-constexpr std::uint32_t kMaxMetadataBytes = 16u << 20;
-
-void requireUtf8(const std::string& what, const std::string& text) {
-  if (!isUtf8(text)) throw std::invalid_argument("map: got " + what + " with invalid bytes, wanted UTF-8");
-}
 
 std::string readText(ByteReader& in) {
   std::string text = in.string();
@@ -26,15 +24,7 @@ std::string readText(ByteReader& in) {
 
 }  // namespace
 
-void writeGeometry(const GridGeometry& geometry, ByteWriter& out) {
-  for (int axis = 0; axis < 3; ++axis) out.u32(static_cast<std::uint32_t>(geometry.dims[axis]));
-  out.f64(geometry.voxel_size);
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) out.f64(geometry.T_map_grid.matrix()(row, column));
-  }
-}
-
-GridGeometry readGeometry(ByteReader& in) {
+GridGeometry readGeometry(ByteReader& in, double max_voxels) {
   GridGeometry geometry;
   for (int axis = 0; axis < 3; ++axis) {
     const std::uint32_t extent = in.u32();
@@ -44,8 +34,11 @@ GridGeometry readGeometry(ByteReader& in) {
     geometry.dims[axis] = static_cast<int>(extent);
   }
   const double voxels = geometry.dims.cast<double>().prod();
-  if (voxels > kMaxVoxels) {
-    refuse(in.what() + ": number of voxels", std::to_string(voxels), "at most " + std::to_string(kMaxVoxels));
+  const double most = std::min(max_voxels, kMaxVoxels);
+  if (!(voxels <= most)) {
+    std::ostringstream got, wanted;
+    got << voxels, wanted << "at most " << most << " (max_map_voxels)";
+    refuse(in.what() + ": number of voxels", got.str(), wanted.str());
   }
   geometry.voxel_size = in.f64();
   if (!(geometry.voxel_size >= kMinVoxelSize && geometry.voxel_size <= kMaxVoxelSize)) {
@@ -59,15 +52,6 @@ GridGeometry readGeometry(ByteReader& in) {
   return geometry;
 }
 
-void writeField(const TtSdfMap& map, ByteWriter& out) {
-  requireUtf8("a frame_id", map.frame_id);
-  out.u8(static_cast<std::uint8_t>(map.kind));
-  out.f64(map.truncation);
-  out.f64(map.clamp_negative);
-  out.f64(map.clamp_positive);
-  out.string(map.frame_id);
-}
-
 void readField(ByteReader& in, TtSdfMap& map) {
   const std::uint8_t kind = in.u8();
   if (kind > static_cast<std::uint8_t>(FieldKind::kTsdf)) {
@@ -79,23 +63,6 @@ void readField(ByteReader& in, TtSdfMap& map) {
   map.clamp_positive = in.f64();
   map.frame_id = readText(in);
   in.expectEnd();
-}
-
-void writeMetadata(const std::map<std::string, std::string>& metadata, ByteWriter& out) {
-  ByteWriter text;
-  text.u32(static_cast<std::uint32_t>(metadata.size()));
-  for (const auto& [key, value] : metadata) {
-    requireUtf8("a metadata key", key);
-    requireUtf8("the metadata value of '" + key + "'", value);
-    text.string(key);
-    text.string(value);
-  }
-  if (text.size() > kMaxMetadataBytes) {
-    throw std::invalid_argument("map: got " + std::to_string(text.size()) +
-                                " bytes of metadata, wanted at most " + std::to_string(kMaxMetadataBytes));
-  }
-  out.u32(static_cast<std::uint32_t>(text.size()));
-  out.block(compressBytes(text.data()));
 }
 
 std::map<std::string, std::string> readMetadata(ByteReader& in) {
@@ -117,6 +84,25 @@ std::map<std::string, std::string> readMetadata(ByteReader& in) {
   }
   text.expectEnd();
   return metadata;
+}
+
+FrameAgreement readAgreement(ByteReader& in) {
+  constexpr std::uint32_t kMostFrames = 1u << 30;
+  FrameAgreement a;
+  for (int* count : {&a.compared, &a.contradicting, &a.without_overlap}) {
+    const std::uint32_t frames = in.u32();
+    if (frames > kMostFrames) {
+      refuse(in.what() + ": number of frames", std::to_string(frames),
+             "at most " + std::to_string(kMostFrames));
+    }
+    *count = static_cast<int>(frames);
+  }
+  for (double* size : {&a.position_median, &a.position_90, &a.rotation_median, &a.rotation_90, &a.shift,
+                       &a.turn_sensor, &a.turn_scene}) {
+    *size = in.f64();
+  }
+  in.expectEnd();
+  return a;
 }
 
 }  // namespace ttsdf

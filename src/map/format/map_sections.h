@@ -6,15 +6,14 @@
 
 namespace ttsdf {
 
-void writeGeometry(const GridGeometry& geometry, ByteWriter& out);
-GridGeometry readGeometry(ByteReader& in);
+GridGeometry readGeometry(ByteReader& in, double max_voxels);
 
 /// Field kind, distances and frame.
-void writeField(const TtSdfMap& map, ByteWriter& out);
 void readField(ByteReader& in, TtSdfMap& map);
 
-/// Throws std::invalid_argument if a key or a value is no UTF-8.
-void writeMetadata(const std::map<std::string, std::string>& metadata, ByteWriter& out);
+constexpr std::uint32_t kMaxMetadataBytes = 16u << 20;
 std::map<std::string, std::string> readMetadata(ByteReader& in);
+
+FrameAgreement readAgreement(ByteReader& in);
 
 }  // namespace ttsdf

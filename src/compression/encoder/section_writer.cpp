@@ -1,0 +1,88 @@
+#include "section_writer.h"
+
+#include <stdexcept>
+
+#include "../../map/format/map_container.h"
+#include "../../map/format/map_sections.h"
+#include "../../map/format/utf8.h"
+#include "byte_compressor.h"
+
+namespace ttsdf {
+
+namespace {
+
+void requireUtf8(const std::string& what, const std::string& text) {
+  if (!isUtf8(text)) throw std::invalid_argument("map: got " + what + " with invalid bytes, wanted UTF-8");
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> writeContainer(const std::vector<Section>& sections) {
+  std::size_t total = kHeaderBytes + kEntryBytes * sections.size();
+  for (const Section& section : sections) total += section.payload.size();
+  ByteWriter out;
+  out.data().reserve(total);
+  for (const std::uint8_t byte : kMagic) out.u8(byte);
+  out.u32(kMapFormatVersion);
+  out.u32(static_cast<std::uint32_t>(sections.size()));
+  out.u64(total);
+  out.u32(0);  // checksum, below
+  out.u32(0);
+  for (const Section& section : sections) {
+    out.u32(section.id);
+    out.u32(section.flags);
+    out.u64(section.payload.size());
+    out.u32(checksum(section.payload.data(), section.payload.size()));
+    out.u32(0);
+  }
+  const std::uint32_t crc = headerChecksum(out.data().data(), out.size());
+  for (std::size_t n = 0; n < 4; ++n) out.data()[kChecksumAt + n] = static_cast<std::uint8_t>(crc >> (8 * n));
+  for (const Section& section : sections) out.bytes(section.payload);
+  return std::move(out.data());
+}
+
+void writeGeometry(const GridGeometry& geometry, ByteWriter& out) {
+  for (int axis = 0; axis < 3; ++axis) out.u32(static_cast<std::uint32_t>(geometry.dims[axis]));
+  out.f64(geometry.voxel_size);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) out.f64(geometry.T_map_grid.matrix()(row, column));
+  }
+}
+
+void writeField(const TtSdfMap& map, ByteWriter& out) {
+  requireUtf8("a frame_id", map.frame_id);
+  out.u8(static_cast<std::uint8_t>(map.kind));
+  out.f64(map.truncation);
+  out.f64(map.clamp_negative);
+  out.f64(map.clamp_positive);
+  out.string(map.frame_id);
+}
+
+void writeMetadata(const std::map<std::string, std::string>& metadata, ByteWriter& out) {
+  ByteWriter text;
+  text.u32(static_cast<std::uint32_t>(metadata.size()));
+  for (const auto& [key, value] : metadata) {
+    requireUtf8("a metadata key", key);
+    requireUtf8("the metadata value of '" + key + "'", value);
+    text.string(key);
+    text.string(value);
+  }
+  if (text.size() > kMaxMetadataBytes) {
+    throw std::invalid_argument("map: got " + std::to_string(text.size()) +
+                                " bytes of metadata, wanted at most " + std::to_string(kMaxMetadataBytes));
+  }
+  out.u32(static_cast<std::uint32_t>(text.size()));
+  out.block(compressBytes(text.data()));
+}
+
+void writeAgreement(const FrameAgreement& a, ByteWriter& out) {
+  for (const int count : {a.compared, a.contradicting, a.without_overlap}) {
+    out.u32(static_cast<std::uint32_t>(count));
+  }
+  for (const double size : {a.position_median, a.position_90, a.rotation_median, a.rotation_90, a.shift,
+                            a.turn_sensor, a.turn_scene}) {
+    out.f64(size);
+  }
+}
+
+}  // namespace ttsdf

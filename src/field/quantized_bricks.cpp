@@ -1,0 +1,128 @@
+#include "quantized_bricks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "../tensor/vectorize.h"
+
+namespace ttsdf {
+
+namespace {
+
+constexpr int kLayer = kBrickSide * kBrickSide;
+constexpr float kSteps = 255.0f;
+
+int brickCount(int samples) { return std::max(1, (samples - 1 + kBrickCells - 1) / kBrickCells); }
+
+/// Brick of every cell of a chunk, and the place of the cell's first corner in it.
+struct BrickChunk {
+  alignas(64) std::int32_t brick[3][kChunk];
+  alignas(64) std::int32_t offset[kChunk];
+};
+
+TTSDF_VECTORIZE void locateBricks(const CellChunk& cells, BrickChunk& out) {
+  for (int n = 0; n < cells.size; ++n) {
+    const std::int32_t i = cells.cell[0][n], j = cells.cell[1][n], k = cells.cell[2][n];
+    const std::int32_t a = i / kBrickCells, b = j / kBrickCells, c = k / kBrickCells;
+    out.brick[0][n] = a, out.brick[1][n] = b, out.brick[2][n] = c;
+    out.offset[n] = i - kBrickCells * a + kBrickSide * (j - kBrickCells * b) + kLayer * (k - kBrickCells * c);
+  }
+}
+
+struct ByteChunk {
+  alignas(64) std::uint8_t corner[kChunk][8];
+  alignas(64) float lowest[kChunk], step[kChunk];
+};
+
+TTSDF_VECTORIZE void toFloats(const ByteChunk& bytes, int size, CornerChunk& out) {
+  TTSDF_INDEPENDENT
+  for (int n = 0; n < size; ++n) {
+    const float lowest = bytes.lowest[n], step = bytes.step[n];
+    for (int c = 0; c < 8; ++c) {
+      out.value[n][c] = lowest + step * static_cast<float>(static_cast<std::int32_t>(bytes.corner[n][c]));
+    }
+  }
+}
+
+void copyCorners(const std::uint8_t* s, std::uint8_t* corner) {
+  std::memcpy(corner, s, 2);
+  std::memcpy(corner + 2, s + kBrickSide, 2);
+  std::memcpy(corner + 4, s + kLayer, 2);
+  std::memcpy(corner + 6, s + kLayer + kBrickSide, 2);
+}
+
+}  // namespace
+
+std::array<int, 3> QuantizedBricks::countsFor(const std::array<int, 3>& sizes) {
+  return {{brickCount(sizes[0]), brickCount(sizes[1]), brickCount(sizes[2])}};
+}
+
+std::size_t QuantizedBricks::bytesFor(const std::array<int, 3>& sizes, std::size_t count) {
+  std::size_t ids = 1;
+  for (const int n : countsFor(sizes)) ids *= static_cast<std::size_t>(n);
+  const std::size_t words = (ids + 63) / 64;
+  return words * (sizeof(std::uint64_t) + sizeof(std::uint32_t)) + count * (kBrickSamples + sizeof(Range));
+}
+
+QuantizedBricks::QuantizedBricks(const std::array<int, 3>& sizes) : counts_(countsFor(sizes)) {
+  bits_.assign((idCount() + 63) / 64, 0);
+  before_.assign(bits_.size(), 0);
+}
+
+void QuantizedBricks::allocate() {
+  std::uint32_t count = 0;
+  for (std::size_t word = 0; word < bits_.size(); ++word) {
+    before_[word] = count;
+    count += static_cast<std::uint32_t>(__builtin_popcountll(bits_[word]));
+  }
+  ranges_.assign(count, Range{0.0f, 0.0f});
+  bytes_.assign(std::size_t{count} * kBrickSamples, 0);
+}
+
+void QuantizedBricks::set(Id id, const float* samples) {
+  float lowest = samples[0], highest = samples[0];
+  for (int n = 1; n < kBrickSamples; ++n) {
+    lowest = std::min(lowest, samples[n]);
+    highest = std::max(highest, samples[n]);
+  }
+  const std::size_t place = placeOf(id);
+  const float step = (highest - lowest) / kSteps;
+  ranges_[place] = Range{lowest, step};
+  const float per_step = step > 0.0f ? 1.0f / step : 0.0f;
+  std::uint8_t* const out = &bytes_[place * kBrickSamples];
+  for (int n = 0; n < kBrickSamples; ++n) {
+    out[n] = static_cast<std::uint8_t>(
+        std::clamp(std::lround((samples[n] - lowest) * per_step), 0L, static_cast<long>(kSteps)));
+  }
+}
+
+int QuantizedBricks::corners(const CellChunk& cells, CornerChunk& out, std::int32_t* missing) const {
+  BrickChunk where;
+  ByteChunk bytes;
+  locateBricks(cells, where);
+  int misses = 0;
+  const bool none = bytes_.empty();
+  for (int n = 0; n < cells.size; ++n) {
+    const Id id = idOf(where.brick[0][n], where.brick[1][n], where.brick[2][n]);
+    if (none || !has(id)) {
+      missing[misses++] = n;
+      bytes.lowest[n] = bytes.step[n] = 0.0f;
+      std::memset(bytes.corner[n], 0, 8);
+      continue;
+    }
+    const std::size_t place = placeOf(id);
+    bytes.lowest[n] = ranges_[place].lowest;
+    bytes.step[n] = ranges_[place].step;
+    copyCorners(&bytes_[place * kBrickSamples + static_cast<std::size_t>(where.offset[n])], bytes.corner[n]);
+  }
+  toFloats(bytes, cells.size, out);
+  return misses;
+}
+
+std::size_t QuantizedBricks::memoryBytes() const {
+  return bits_.size() * sizeof(std::uint64_t) + before_.size() * sizeof(std::uint32_t) +
+         ranges_.size() * sizeof(Range) + bytes_.size();
+}
+
+}  // namespace ttsdf

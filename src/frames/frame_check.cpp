@@ -1,0 +1,281 @@
+#include "ttsdf_localization/frames/frame_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <sstream>
+
+#include "frame_corrections.h"
+
+namespace ttsdf {
+
+namespace {
+
+constexpr double kGood = 0.5, kNonsense = 0.3, kClearlyBetter = 0.3, kConvincing = 0.6;
+constexpr std::size_t kLeastPoints = 200;
+
+/// One reading of the folder.
+struct Reading {
+  std::string change, option;
+  FrameFolderOptions folder;
+  double depth_factor = 1.0;
+  CameraIntrinsics camera;
+};
+
+struct Frame {
+  DepthImage image;
+  Eigen::Isometry3d T_given;  // as the folder has it
+};
+
+struct Pair {
+  std::size_t a, b;
+};
+
+Eigen::Isometry3d poseOf(const Frame& frame, const Reading& reading) {
+  return corrected(frame.T_given, reading.folder);
+}
+
+/// Points of frame a that frame b sees at the same place. Those hidden from b count for nothing.
+void compare(const Frame& a, const Frame& b, const Reading& reading, double& agreeing, double& tested,
+             std::size_t& total) {
+  constexpr int kAcross = 24;
+  constexpr double kTolerance = 0.04, kRelative = 0.02;  // [m] and per metre of depth
+  const CameraIntrinsics& k = reading.camera;
+  const Eigen::Isometry3d T_b_a = poseOf(b, reading).inverse() * poseOf(a, reading);
+  const int step = std::max(1, a.image.width / kAcross);
+  const double f = reading.depth_factor;
+  double agree = 0.0, seen = 0.0, points = 0.0;
+  for (int v = step / 2; v < a.image.height; v += step) {
+    for (int u = step / 2; u < a.image.width; u += step) {
+      const double z = f * a.image.at(u, v);
+      if (!(z > 0.0)) continue;
+      points += 1.0;
+      const Eigen::Vector3d p = T_b_a * Eigen::Vector3d((u - k.cx) / k.fx * z, (v - k.cy) / k.fy * z, z);
+      if (p.z() <= 0.0) continue;
+      const double x = k.fx * p.x() / p.z() + k.cx, y = k.fy * p.y() / p.z() + k.cy;
+      if (!(x >= 0.0 && y >= 0.0 && x <= b.image.width - 1.0 && y <= b.image.height - 1.0)) continue;
+      const double d = f * b.image.at(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y)));
+      if (!(d > 0.0)) continue;
+      seen += 1.0;
+      const double tolerance = kTolerance + kRelative * std::max(d, p.z());
+      if (std::abs(p.z() - d) <= tolerance) agree += 1.0;
+    }
+  }
+  // A reading that turns the frames away from one another must not win by the few points that are left.
+  constexpr double kLeastOverlap = 0.15;
+  agreeing += agree;
+  tested += std::max(seen, kLeastOverlap * points);
+  total += static_cast<std::size_t>(points);
+}
+
+PairAgreement agreementOf(const std::map<std::size_t, Frame>& frames, const std::vector<Pair>& pairs,
+                          const Reading& reading) {
+  PairAgreement result;
+  double agreeing = 0.0, tested = 0.0;
+  for (const Pair& pair : pairs) {
+    compare(frames.at(pair.a), frames.at(pair.b), reading, agreeing, tested, result.points);
+    compare(frames.at(pair.b), frames.at(pair.a), reading, agreeing, tested, result.points);
+  }
+  result.share = tested > 0.0 ? agreeing / tested : 0.0;
+  return result;
+}
+
+std::vector<Reading> usualMistakes(const FrameFolder& folder, const FrameFolderOptions& given) {
+  std::vector<Reading> readings;
+  Reading as_given;
+  as_given.folder = given;
+  as_given.camera = folder.intrinsics();
+  readings.push_back(as_given);
+  const auto add = [&](const std::string& change, const std::string& option, const auto& edit) {
+    Reading reading = as_given;
+    reading.change = change;
+    reading.option = option;
+    edit(reading);
+    readings.push_back(reading);
+  };
+  const std::string direction = given.poses_world_to_camera ? "camera-to-world" : "world-to-camera";
+  const std::string axes = given.opengl_axes ? "opencv" : "opengl";
+  add("with the poses inverted", "--poses " + direction,
+      [](Reading& r) { r.folder.poses_world_to_camera = !r.folder.poses_world_to_camera; });
+  add("with " + axes + " camera axes", "--camera-axes " + axes,
+      [](Reading& r) { r.folder.opengl_axes = !r.folder.opengl_axes; });
+  add("with the poses inverted and " + axes + " camera axes",
+      "--poses " + direction + " --camera-axes " + axes, [](Reading& r) {
+        r.folder.poses_world_to_camera = !r.folder.poses_world_to_camera;
+        r.folder.opengl_axes = !r.folder.opengl_axes;
+      });
+  std::ostringstream number;
+  const auto text = [&number](double value) {
+    number.str("");
+    number << value;
+    return number.str();
+  };
+  for (const double factor : {0.1, 10.0, 0.2, 5.0, 0.001, 1000.0}) {
+    const std::string units = text(folder.unitsPerMetre() / factor);
+    add("with " + units + " depth units per metre", "--depth-scale " + units,
+        [factor](Reading& r) { r.depth_factor = factor; });
+  }
+  for (const double factor : {0.001, 0.01, 1000.0}) {
+    const std::string scale = text(factor * given.pose_scale);
+    add("with poses in other units", "--pose-scale " + scale,
+        [factor](Reading& r) { r.folder.pose_scale *= factor; });
+    add("with the poses inverted and in other units", "--poses " + direction + " --pose-scale " + scale,
+        [factor](Reading& r) {
+          r.folder.pose_scale *= factor;
+          r.folder.poses_world_to_camera = !r.folder.poses_world_to_camera;
+        });
+  }
+  const CameraIntrinsics k = folder.intrinsics();
+  const auto camera = [&](const std::string& change, const CameraIntrinsics& other) {
+    add(change,
+        "--intrinsics " + text(other.fx) + "," + text(other.fy) + "," + text(other.cx) + "," + text(other.cy),
+        [other](Reading& r) { r.camera = other; });
+  };
+  for (const double factor : {k.width / (2.0 * k.cx + 1.0), 0.25, 0.5, 2.0}) {
+    CameraIntrinsics other = k;
+    other.fx *= factor, other.fy *= factor;
+    other.cx = (k.width - 1) / 2.0, other.cy = (k.height - 1) / 2.0;
+    camera("with the intrinsics scaled by " + text(factor), other);
+  }
+  CameraIntrinsics mirrored = k;
+  mirrored.fx = -k.fx;
+  camera("with the sign of fx changed", mirrored);
+  mirrored = k, mirrored.fy = -k.fy;
+  camera("with the sign of fy changed", mirrored);
+  mirrored = k, mirrored.fx = -k.fx, mirrored.fy = -k.fy;
+  camera("with the signs of fx and fy changed", mirrored);
+  return readings;
+}
+
+/// Partners that were taken from elsewhere: enough to tell readings apart, and not so far that nothing is
+/// seen by both.
+std::vector<Pair> choosePairs(const std::vector<Eigen::Isometry3d>& poses, std::size_t count) {
+  constexpr double kTurn = 0.2, kMove = 0.25, kMostTurn = 0.7;
+  std::vector<Pair> pairs;
+  const std::size_t frames = poses.size(), anchors = std::min(count, frames);
+  for (std::size_t n = 0; n < anchors; ++n) {
+    const std::size_t a = n * frames / anchors;
+    for (std::size_t b = a + 1; b < frames; ++b) {
+      const Eigen::Isometry3d T = poses[a].inverse() * poses[b];
+      const double turn = std::abs(Eigen::AngleAxisd(T.linear()).angle());
+      if (turn > kMostTurn) break;
+      if (turn < kTurn && T.translation().norm() < kMove) continue;
+      pairs.push_back({a, b});
+      break;
+    }
+  }
+  // Frames far apart, or a camera that hardly moved: whatever there is.
+  for (std::size_t n = 0; pairs.size() < 4 && n + 1 < frames; ++n) pairs.push_back({n, n + 1});
+  return pairs;
+}
+
+}  // namespace
+
+FrameCheck::Verdict FrameCheck::verdict() const {
+  if (as_given.points < kLeastPoints) return Verdict::kTooLittle;
+  const bool explained = best.share >= kConvincing && best.share > as_given.share + kClearlyBetter;
+  if (explained || as_given.share < kNonsense) return Verdict::kNonsense;
+  return as_given.share < kGood ? Verdict::kDoubtful : Verdict::kGood;
+}
+
+std::string FrameCheck::message() const {
+  const auto percent = [](double share) { return std::to_string(std::lround(100.0 * share)) + " %"; };
+  std::string text =
+      "the frames contradict one another: as given " + percent(as_given.share) + " of the points agree";
+  if (!best_change.empty() && best.share > as_given.share + 0.5 * kClearlyBetter) {
+    text = best_change + " " + percent(best.share) + " of the points agree, as given " +
+           percent(as_given.share) + ": " + best_option;
+  }
+  std::ostringstream range;
+  range.precision(3);
+  if (in_range < 0.5)
+    range << " (" << percent(in_range) << " of the readings are in range, their median is " << median_depth
+          << " m)";
+  return text + range.str();
+}
+
+FrameCheck checkFrames(const FrameFolder& folder, const FrameFolderOptions& given,
+                       const std::vector<FrameEntry>& entries, const FrameCheckOptions& options) {
+  std::vector<Eigen::Isometry3d> poses;
+  std::vector<std::size_t> places;
+  for (std::size_t n = 0; n < entries.size(); ++n) {
+    try {
+      poses.push_back(entries[n].pose ? *entries[n].pose : readPose(entries[n].pose_path));
+      places.push_back(n);
+    } catch (const std::exception&) {
+    }
+  }
+  FrameCheck check;
+  const std::vector<Pair> chosen = choosePairs(poses, options.pairs);
+  std::map<std::size_t, Frame> frames;
+  const auto load = [&](std::size_t n) {
+    if (frames.count(n) != 0) return true;
+    try {
+      DepthImage image = folder.depth(entries[places[n]]);
+      if (image.width != folder.intrinsics().width || image.height != folder.intrinsics().height)
+        return false;
+      frames[n] = {std::move(image), poses[n]};
+      return true;
+    } catch (const std::exception&) {
+      return false;
+    }
+  };
+  std::vector<Pair> pairs;
+  for (const Pair& pair : chosen) {
+    if (load(pair.a) && load(pair.b)) pairs.push_back(pair);
+  }
+  std::vector<float> depths;
+  std::size_t in_range = 0;
+  for (const auto& [place, frame] : frames) {
+    for (std::size_t n = 0; n < frame.image.depth.size(); n += 31) {
+      const float z = frame.image.depth[n];
+      if (!(z > 0.0F)) continue;
+      depths.push_back(z);
+      in_range += z >= options.min_depth && z <= options.max_depth ? 1 : 0;
+    }
+  }
+  if (!depths.empty()) {
+    check.in_range = static_cast<double>(in_range) / static_cast<double>(depths.size());
+    std::nth_element(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2),
+                     depths.end());
+    check.median_depth = static_cast<double>(depths[depths.size() / 2]);
+  }
+  const std::vector<Reading> readings = usualMistakes(folder, given);
+  check.as_given = agreementOf(frames, pairs, readings.front());
+  if (check.as_given.share >= kGood + kClearlyBetter) return check;
+  for (std::size_t n = 1; n < readings.size(); ++n) {
+    // Depths that no camera measures explain nothing.
+    const double depth = readings[n].depth_factor * check.median_depth;
+    if (readings[n].depth_factor != 1.0 && (depth < options.min_depth || depth > options.max_depth)) continue;
+    const PairAgreement agreement = agreementOf(frames, pairs, readings[n]);
+    if (agreement.share <= check.best.share) continue;
+    check.best = agreement;
+    check.best_change = readings[n].change;
+    check.best_option = readings[n].option;
+  }
+  return check;
+}
+
+std::vector<std::pair<std::size_t, double>> strayPoses(const std::vector<Eigen::Isometry3d>& poses) {
+  constexpr double kFar = 50.0, kTimes = 20.0;  // [m], and in typical distances
+  std::vector<std::pair<std::size_t, double>> stray;
+  if (poses.size() < 3) return stray;
+  Eigen::Vector3d median;
+  std::vector<double> values(poses.size());
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t n = 0; n < poses.size(); ++n) values[n] = poses[n].translation()[axis];
+    std::nth_element(values.begin(), middle, values.end());
+    median[axis] = *middle;
+  }
+  for (std::size_t n = 0; n < poses.size(); ++n) values[n] = (poses[n].translation() - median).norm();
+  const std::vector<double> distances = values;
+  std::nth_element(values.begin(), middle, values.end());
+  for (std::size_t n = 0; n < poses.size(); ++n) {
+    if (!(distances[n] <= kFar + kTimes * *middle)) stray.emplace_back(n, distances[n]);
+  }
+  return stray;
+}
+
+}  // namespace ttsdf

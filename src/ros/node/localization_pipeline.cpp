@@ -1,0 +1,435 @@
+#include "ros/node/localization_pipeline.h"
+
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+#include "ros/common/conversions.h"
+
+namespace ttsdf {
+
+namespace {
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds kLook{50};  // between two looks at the queue without news
+constexpr std::chrono::microseconds kTurn{200};
+constexpr std::chrono::milliseconds kMostBacklog{150};  // busy for longer: only the newest scan counts
+
+TfOutput::Options tfOptions(const LocalizationRosOptions& options) {
+  const FrameOptions& frames = options.frames;
+  TfOutput::Options tf;
+  tf.parent = frames.global_frame_id;
+  tf.rate = frames.tf_rate;
+  tf.max_extrapolation = options.localizer.motion.max_extrapolation;
+  tf.extrapolate = frames.odom_frame_id.empty();
+  tf.child = tf.extrapolate ? frames.base_frame_id : frames.odom_frame_id;
+  // A moving frame must not be dated ahead: it would lag by as much.
+  tf.tolerance = tf.extrapolate ? 0.0 : frames.transform_tolerance;
+  return tf;
+}
+
+std::string scanTopics(const ros::NodeHandle& node, const InputOptions& input) {
+  std::string topics;
+  for (const std::string& name : words(input.clouds + ' ' + input.depth_images))
+    topics += (topics.empty() ? "" : " ") + node.resolveName(name);
+  return topics;
+}
+}  // namespace
+
+LocalizationPipeline::LocalizationPipeline(ros::NodeHandle& node, const LocalizationRosOptions& options,
+                                           const std::string& name)
+    : name_(name),
+      frames_(options.frames),
+      scan_topics_(scanTopics(node, options.input)),
+      tf_output_(node, tfOptions(options)),
+      localizer_(options),
+      output_(node, options),
+      last_tick_(ros::Time::now()) {
+  status_ = currentStatus();
+  global_worker_ = std::make_unique<GlobalWorker>(
+      GlobalWorker::Callbacks{[this](double share) { onGlobalProgress(share); },
+                              [this](const GlobalJob& job) { onGlobalDone(job); }});
+  thread_ = std::thread(&LocalizationPipeline::run, this);
+}
+
+LocalizationPipeline::~LocalizationPipeline() {
+  stop();
+  work_.notify_all();
+  thread_.join();
+  global_worker_->cancel();
+  global_worker_->wait();
+}
+
+void LocalizationPipeline::stop() {
+  stopping_ = true;
+  global_worker_->cancel();
+}
+
+// ---- what comes in
+// ------------------------------------------------------------------------------------------------
+
+void LocalizationPipeline::addTransforms(const tf2_msgs::TFMessage& message, const std::string& authority,
+                                         bool is_static) {
+  if (localizer_.addTransforms(message, authority, is_static)) {
+    restart("the transforms' stamps went back");
+    localizer_.addTransforms(message, authority, is_static);
+  }
+  if (localizer_.queue().empty()) return;
+  {
+    const std::lock_guard<std::mutex> lock(work_mutex_);
+    work_waits_ = true;
+  }
+  work_.notify_one();
+}
+
+void LocalizationPipeline::noteArrival() {
+  const std::lock_guard<std::mutex> lock(counts_mutex_);
+  ++counts_.received;
+  counts_.last_arrival = ros::WallTime::now();
+}
+
+void LocalizationPipeline::addScan(QueuedScan scan) {
+  localizer_.queue().put(std::move(scan), ros::Time::now());
+  {
+    const std::lock_guard<std::mutex> lock(work_mutex_);
+    work_waits_ = true;
+  }
+  work_.notify_one();
+}
+
+void LocalizationPipeline::refuseScan(const std_msgs::Header& header, const std::string& message) {
+  {
+    const std::lock_guard<std::mutex> lock(counts_mutex_);
+    ++counts_.unreadable;
+    ++counts_.refused;
+  }
+  ROS_WARN_STREAM_THROTTLE_NAMED(5.0, name_, name_ << ": " << message);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Status status = currentStatus();
+  status.reason = Status::REASON_BAD_CLOUD;
+  status.message = message;
+  publishStatus(std::move(status), header.stamp, true);
+}
+
+// ---- the thread
+// ---------------------------------------------------------------------------------------------------
+
+void LocalizationPipeline::run() {
+  while (!stopping_) {
+    {
+      std::unique_lock<std::mutex> lock(work_mutex_);
+      work_.wait_for(lock, kLook, [this] { return work_waits_ || stopping_; });
+      work_waits_ = false;
+    }
+    // A lock is not fair: events get their turn between two scans.
+    while (!stopping_ && workOnNext()) std::this_thread::sleep_for(kTurn);
+    busy_since_ = Clock::time_point();
+  }
+}
+
+bool LocalizationPipeline::workOnNext() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const Clock::time_point begin = Clock::now();
+  if (busy_since_ == Clock::time_point()) busy_since_ = begin;
+  std::optional<ScanOutcome> outcome;
+  try {
+    outcome = localizer_.next(ros::Time::now(), begin - busy_since_ > kMostBacklog);
+    if (!outcome) return false;
+    handle(std::move(*outcome));
+  } catch (const std::exception& error) {  // out of memory, say: this process is shared, and lives on
+    ROS_ERROR_STREAM_THROTTLE_NAMED(5.0, name_, name_ << ": " << error.what());
+  }
+  return true;
+}
+
+void LocalizationPipeline::handle(ScanOutcome outcome) {
+  using Kind = ScanOutcome::Kind;
+  const bool no_pose =
+      outcome.kind == Kind::kRefused || (outcome.kind == Kind::kLocalized && !outcome.update.pose_valid);
+  {
+    const std::lock_guard<std::mutex> lock(counts_mutex_);
+    if (outcome.kind == Kind::kOvertaken) ++counts_.dropped;
+    if (outcome.kind == Kind::kSkipped) ++counts_.skipped;
+    if (outcome.kind == Kind::kRefused) ++counts_.untransformed;
+    if (no_pose) ++counts_.refused;
+    if (outcome.kind != Kind::kRefused) counts_.last_taken = ros::WallTime::now();
+  }
+  if (outcome.kind == Kind::kRefused) {
+    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, name_, name_ << ": " << outcome.message);
+    Status status = currentStatus();
+    status.reason = Status::REASON_NO_TRANSFORM;
+    status.message = outcome.message;
+    publishStatus(std::move(status), outcome.header.stamp, true);
+  }
+  if (outcome.kind != Kind::kLocalized) return;
+  newest_scan_ = SeenScan{outcome.header, std::move(outcome.scan), ros::WallTime::now()};
+  publishUpdate(outcome.update, *newest_scan_);
+  if (outcome.update.wants_global) startGlobal(*newest_scan_);
+}
+
+void LocalizationPipeline::publishUpdate(const LocalizationUpdate& update, const SeenScan& seen) {
+  const ros::Time stamp = seen.header.stamp;
+  const bool in_use = update.state == LocalizerState::kTracking || update.state == LocalizerState::kDegraded;
+  if (!in_use) {
+    tf_output_.stop();
+  } else if (update.pose_valid && frames_.tf_broadcast) {
+    if (frames_.odom_frame_id.empty()) {
+      tf_output_.update(update.T_map_base, update.twist, stamp, ros::Time::now());
+    } else if (seen.scan.T_odom_base && update.T_map_odom) {
+      tf_output_.update(*update.T_map_odom, Vector6d::Zero(), stamp, ros::Time::now());
+    }
+  }
+  if (update.pose_valid) {
+    output_.publish(update, seen.scan, stamp);
+    pose_since_global_ = output_.poseMessage(update, stamp);
+  }
+  publishStatus(toStatus(update), stamp, true);
+}
+
+LocalizationPipeline::Status LocalizationPipeline::currentStatus() const {
+  Status status;
+  status.state = statusState(localizer_.localizer().state());
+  return status;
+}
+
+void LocalizationPipeline::publishStatus(Status status, const ros::Time& stamp, bool of_a_scan) {
+  status.header.stamp = stamp;
+  status.header.frame_id = frames_.global_frame_id;
+  status.map_id = map_id_;
+  if (of_a_scan && !stamp.isZero()) status.latency = (ros::Time::now() - stamp).toSec();
+  status.progress = global_worker_ && global_worker_->running() ? global_worker_->progress() : 0.0;
+  {
+    const std::lock_guard<std::mutex> lock(counts_mutex_);
+    status.scans = counts_.received;
+    status.refused = counts_.refused;
+    status.dropped = counts_.dropped;
+  }
+  if (paused_) status.state = Status::PAUSED;
+  status.state_name = statusStateName(status.state);
+  if (status.state != status_.state) {
+    const std::string text =
+        name_ + ": " + status.state_name + (status.message.empty() ? "" : ": " + status.message);
+    if (status.state == Status::LOST || status.state == Status::DEGRADED) {
+      ROS_WARN_STREAM_NAMED(name_, text);
+    } else {
+      ROS_INFO_STREAM_NAMED(name_, text);
+    }
+  }
+  output_.publish(status);
+  status_ = std::move(status);
+  status_changed_.notify_all();
+}
+
+// ---- events
+// -------------------------------------------------------------------------------------------------------
+
+void LocalizationPipeline::useMap(LoadedMap map, std::optional<PoseRequest> pose) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (map.frame_id != frames_.global_frame_id) {
+      ROS_INFO_STREAM_NAMED(name_, name_ << ": the map calls its frame '" << map.frame_id
+                                         << "', it is used as '" << frames_.global_frame_id << "'");
+    }
+    ROS_INFO_STREAM_NAMED(name_, name_ << ": " << map.summary);
+    localizer_.localizer().setMap(std::move(map.map));
+    ++orders_;
+    map_id_ = map.map_id;
+    map_summary_ = map.summary;
+    map_message_ = std::move(map.message);
+    Status status = currentStatus();
+    const auto state = localizer_.localizer().state();
+    if (state != LocalizerState::kTracking && state != LocalizerState::kDegraded) tf_output_.stop();
+    status.message = "map " + map_id_ + " is in use" + whatIsAwaited();
+    publishStatus(std::move(status), ros::Time::now(), false);
+  }
+  if (pose) usePose(std::move(*pose));
+}
+
+std::string LocalizationPipeline::whatIsAwaited() const {
+  const Localizer& localizer = localizer_.localizer();
+  const bool waiting = localizer.state() == LocalizerState::kWaitingForPose;
+  if (!waiting && localizer.state() != LocalizerState::kRelocalizing) return {};
+  std::string text;
+  if (waiting) {
+    text = localizer.options().recovery.start_globally
+               ? "; a global localization starts with the first scan"
+               : "; waiting for a pose: initialpose, ~relocalize or ~global_localization";
+  }
+  if (!newest_scan_)
+    text += "; waiting for scans on '" + scan_topics_ + "' and their transforms" + whyWaiting();
+  return text;
+}
+
+void LocalizationPipeline::usePose(PoseRequest request) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  global_worker_->cancel();
+  ++orders_;
+  tf_output_.stop();
+  const std::string message =
+      request.guess.source + " taken" + (request.warning.empty() ? "" : "; " + request.warning);
+  localizer_.usePose(std::move(request));
+  Status status = currentStatus();
+  status.message = message;
+  publishStatus(std::move(status), ros::Time::now(), false);
+}
+
+void LocalizationPipeline::setPaused(bool paused) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  paused_ = paused;
+  localizer_.queue().clear();
+  Status status = currentStatus();
+  status.message = paused ? "paused" : "running";
+  publishStatus(std::move(status), ros::Time::now(), false);
+}
+
+void LocalizationPipeline::reset(std::optional<PoseRequest> start) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    global_worker_->cancel();
+    ++orders_;
+    tf_output_.stop();
+    newest_scan_.reset();
+    localizer_.reset();
+    output_.clearPath();
+    Status status = currentStatus();
+    status.message = "reset";
+    publishStatus(std::move(status), ros::Time::now(), false);
+  }
+  if (start) usePose(std::move(*start));
+}
+
+void LocalizationPipeline::restart(const std::string& why) {
+  ROS_WARN_STREAM_NAMED(name_, name_ << ": " << why << ", starting again with the same map");
+  const std::lock_guard<std::mutex> lock(mutex_);
+  global_worker_->cancel();
+  ++orders_;
+  tf_output_.timeJumped();
+  newest_scan_.reset();
+  localizer_.restart();
+  output_.clearPath();
+  last_tick_ = ros::Time::now();
+  Status status = currentStatus();
+  status.reason = Status::REASON_TIME_JUMP;
+  status.message = why;
+  publishStatus(std::move(status), ros::Time::now(), false);
+}
+
+void LocalizationPipeline::requestUpdate() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  localizer_.requestUpdate();
+}
+
+void LocalizationPipeline::setOptions(const LocalizationRosOptions& options) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  localizer_.setOptions(options);
+  tf_output_.setTiming(options.frames.transform_tolerance, options.frames.tf_rate,
+                       options.localizer.motion.max_extrapolation);
+}
+
+void LocalizationPipeline::announce(std::uint8_t reason, const std::string& message) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Status status = currentStatus();
+  status.reason = reason;
+  status.message = message;
+  publishStatus(std::move(status), ros::Time::now(), false);
+}
+
+void LocalizationPipeline::tick(const std::string& scans_waiting) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const double seconds = secondsSinceLastTick();
+  if (paused_) return;
+  if (const std::optional<LocalizationUpdate> update = localizer_.pass(seconds)) {
+    if (update->state == LocalizerState::kLost) tf_output_.stop();
+    Status status = toStatus(*update);
+    if (!scans_waiting.empty()) {
+      status.reason = Status::REASON_NO_TRANSFORM;
+      status.message += "; " + scans_waiting;
+    }
+    publishStatus(std::move(status), ros::Time::now(), false);
+  } else if (!scans_waiting.empty() && (ros::WallTime::now() - last_waiting_status_).toSec() >= 1.0) {
+    last_waiting_status_ = ros::WallTime::now();
+    Status status = currentStatus();
+    status.reason = Status::REASON_NO_TRANSFORM;
+    status.message = scans_waiting;
+    publishStatus(std::move(status), ros::Time::now(), false);
+  }
+}
+
+/// A clock that steps forward is no silent camera, and a simulated one may run ten times as fast as time
+/// does.
+double LocalizationPipeline::secondsSinceLastTick() {
+  const ros::Time now = ros::Time::now();
+  const Clock::time_point steady = Clock::now();
+  const double seconds = ros::Time::isSimTime()
+                             ? (now - last_tick_).toSec()
+                             : std::chrono::duration<double>(steady - last_steady_tick_).count();
+  last_tick_ = now;
+  last_steady_tick_ = steady;
+  return seconds;
+}
+
+// ---- services
+// -----------------------------------------------------------------------------------------------------
+
+ttsdf_localization::TtSdfMap LocalizationPipeline::map() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!map_message_) throw std::runtime_error("no map");
+  ttsdf_localization::TtSdfMap map = *map_message_;
+  map.header.frame_id = frames_.global_frame_id;
+  map.header.stamp = ros::Time::now();
+  return map;
+}
+
+void LocalizationPipeline::relocalize(const std::optional<PoseRequest>& around,
+                                      ttsdf_localization::Relocalize::Response& response) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Localizer& localizer = localizer_.localizer();
+  if (!localizer.hasMap()) throw std::runtime_error("no map");
+  const std::string stuck = whyNoScan();
+  if (!stuck.empty()) throw std::runtime_error("no scan to relocalize with: " + stuck);
+  const std::optional<PoseGuess> last = localizer.lastPose();
+  if (!around && !last) throw std::runtime_error("there is no last pose");
+  global_worker_->cancel();
+  ++orders_;
+  tf_output_.stop();
+  const PoseGuess guess = around ? withOdometry(*around, buffer(), frames_) : *last;
+  localizer_.dropPoseRequest();
+  const LocalizationUpdate update = localizer.relocalize(newest_scan_->scan, guess);
+  publishUpdate(update, *newest_scan_);
+  response.success = update.relocalized;
+  response.message = update.message;
+  response.score = update.registration.score;
+  if (update.relocalized) response.pose = output_.poseMessage(update, newest_scan_->header.stamp);
+}
+
+// ---- what is known
+// ------------------------------------------------------------------------------------------------
+
+LocalizationPipeline::View LocalizationPipeline::view() const {
+  View view;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  view.status = status_;
+  view.status.state = paused_ ? std::uint8_t{Status::PAUSED} : statusState(localizer_.localizer().state());
+  view.status.state_name = statusStateName(view.status.state);
+  view.map_summary = map_summary_;
+  view.paused = paused_;
+  view.tf_wanted = frames_.tf_broadcast;
+  const ros::Time now = ros::Time::now();
+  view.tf_sent = tf_output_.isSending(now);
+  view.tf_age = (now - tf_output_.lastStamp()).toSec();
+  view.tf_frames = frames_.global_frame_id + " -> " +
+                   (frames_.odom_frame_id.empty() ? frames_.base_frame_id : frames_.odom_frame_id);
+  const std::lock_guard<std::mutex> counts_lock(counts_mutex_);
+  view.scans = counts_;
+  view.status.scans = counts_.received;
+  view.status.refused = counts_.refused;
+  view.status.dropped = counts_.dropped;
+  return view;
+}
+
+std::optional<PoseGuess> LocalizationPipeline::trackedPose() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (localizer_.localizer().state() != LocalizerState::kTracking) return std::nullopt;
+  return localizer_.localizer().lastPose();
+}
+
+}  // namespace ttsdf

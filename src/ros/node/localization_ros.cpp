@@ -1,0 +1,214 @@
+#include "ros/node/localization_ros.h"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include "ros/common/conversions.h"
+#include "ros/common/pose_store.h"
+
+namespace ttsdf {
+
+namespace {
+constexpr double kWatchPeriod = 0.2;          // [s]
+constexpr double kTransformPatience = 1.0;    // [s] that scans may wait for transforms without a word
+constexpr double kSimulatedTfPeriod = 0.005;  // [s] of wall time: simulated time may run ten times as fast
+
+ros::NodeHandle onQueue(ros::NodeHandle node, ros::CallbackQueue& queue) {
+  node.setCallbackQueue(&queue);
+  return node;
+}
+
+ros::WallDuration tfPeriod(double rate) {
+  return ros::WallDuration(ros::Time::isSimTime() ? std::min(kSimulatedTfPeriod, 1.0 / rate) : 1.0 / rate);
+}
+}  // namespace
+
+LocalizationRos::LocalizationRos(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
+                                 const std::string& name)
+    : name_(name),
+      scan_node_(onQueue(node, scan_queue_)),
+      transform_node_(onQueue(node, transform_queue_)),
+      watch_node_(onQueue(node, watch_queue_)),
+      service_node_(onQueue(private_node, service_queue_)),
+      options_(loadLocalizationOptions(private_node)),
+      pipeline_(watch_node_, options_, name),
+      diagnostics_(node, private_node, name),
+      pose_saver_(options_.start.pose_file, options_.frames.global_frame_id),
+      quiet_limit_(options_.output.quiet_warning_seconds),
+      started_(ros::WallTime::now()),
+      last_pose_saved_(started_) {
+  private_node.param("diagnostic_period", diagnostic_period_, diagnostic_period_);
+  if (std::optional<PoseRequest> start = poseAtStart()) pipeline_.usePose(std::move(*start));
+  subscribe();
+  advertise();
+  startTimers();
+  live_parameters_ = std::make_unique<LiveParameters>(
+      service_node_, options_, [this](const LocalizationRosOptions& options) { applyLive(options); });
+  const std::pair<ros::CallbackQueue*, std::uint32_t> threads[] = {
+      {&scan_queue_, 1}, {&transform_queue_, 1}, {&watch_queue_, 1}, {&service_queue_, 4}};
+  for (const auto& [queue, count] : threads) {
+    spinners_.push_back(std::make_unique<ros::AsyncSpinner>(count, queue));
+    spinners_.back()->start();
+  }
+}
+
+LocalizationRos::~LocalizationRos() {
+  // From the outside in: first nothing comes in any more, then what runs ends, then the rest goes.
+  pipeline_.stop();  // a caller that waits for a pose keeps its service busy
+  for (ros::ServiceServer& service : services_) service.shutdown();
+  live_parameters_->shutdown();
+  initial_pose_subscriber_.shutdown();
+  imu_subscriber_.shutdown();
+  transforms_->shutdown();
+  tf_timer_.stop();
+  watch_timer_.stop();
+  for (const auto& spinner : spinners_) spinner->stop();
+  scans_.reset();
+  map_source_.reset();
+  if (std::optional<PoseGuess> pose = pipeline_.trackedPose()) pose_saver_.put(std::move(*pose));
+}
+
+void LocalizationRos::subscribe() {
+  transforms_ = std::make_unique<TransformInput>(
+      transform_node_,
+      [this](const tf2_msgs::TFMessage& message, const std::string& authority, bool is_static) {
+        noticeClock();
+        pipeline_.addTransforms(message, authority, is_static);
+      });
+  ScanInput::Callbacks callbacks;
+  callbacks.arrived = [this] {
+    noticeClock();
+    pipeline_.noteArrival();
+    return !paused_;
+  };
+  callbacks.jumped = [this](const std::string& why) { pipeline_.restart(why); };
+  callbacks.ready = [this](QueuedScan scan) { pipeline_.addScan(std::move(scan)); };
+  callbacks.refused = [this](const std_msgs::Header& header, const std::string& message) {
+    pipeline_.refuseScan(header, message);
+  };
+  scans_ = std::make_unique<ScanInput>(scan_node_, options_.input, options_.cloud, std::move(callbacks));
+  map_source_ = std::make_unique<MapSource>(
+      scan_node_, options_.map, options_.localizer.registration,
+      [this](LoadedMap map) { pipeline_.useMap(std::move(map)); },
+      [this](const std::string& message) {
+        ROS_ERROR_STREAM_NAMED(name_, message);
+        pipeline_.announce(Status::REASON_NO_MAP, message);
+      });
+  if (pipeline_.gravity().wantsImu()) {
+    imu_subscriber_ = scan_node_.subscribe<sensor_msgs::Imu>(
+        "imu", 50, [this](const sensor_msgs::ImuConstPtr& imu) { pipeline_.gravity().add(*imu); });
+  }
+  initial_pose_subscriber_ = scan_node_.subscribe("initialpose", 2, &LocalizationRos::onInitialPose, this);
+}
+
+void LocalizationRos::startTimers() {
+  // Wall timers: the clock may stand still or jump, and the watch has to notice.
+  tf_timer_ = transform_node_.createWallTimer(
+      tfPeriod(options_.frames.tf_rate), [this](const ros::WallTimerEvent&) { pipeline_.sendTransform(); });
+  watch_timer_ = watch_node_.createWallTimer(ros::WallDuration(kWatchPeriod),
+                                             [this](const ros::WallTimerEvent&) { watch(); });
+}
+
+void LocalizationRos::applyLive(const LocalizationRosOptions& options) {
+  scans_->setCloudOptions(options.cloud);
+  tf_timer_.setPeriod(tfPeriod(options.frames.tf_rate));
+  quiet_limit_ = options.output.quiet_warning_seconds;
+  pipeline_.setOptions(options);
+}
+
+std::optional<PoseRequest> LocalizationRos::poseAtStart() {
+  std::optional<PoseRequest> request;
+  if (options_.start.set_initial_pose) request = startPose(options_.start);
+  if (options_.start.pose_file.empty()) return request;
+  try {
+    if (std::optional<PoseGuess> saved =
+            loadPose(options_.start.pose_file, options_.frames.global_frame_id)) {
+      const bool both = request.has_value();
+      request = PoseRequest{std::move(*saved), ros::Time(), ""};
+      request->guess.source = "saved pose of " + options_.start.pose_file;
+      if (both) request->warning = "initial_pose_* is for the first start only: pose_file has a later pose";
+    }
+  } catch (const std::exception& error) {
+    ROS_ERROR_STREAM_NAMED(name_, name_ << ": " << error.what());
+  }
+  return request;
+}
+
+void LocalizationRos::onInitialPose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& message) {
+  try {
+    PoseRequest request = readPose(*message, pipeline_.buffer(), options_.frames, "initialpose");
+    if (!request.warning.empty()) ROS_WARN_STREAM_NAMED(name_, name_ << ": " << request.warning);
+    pipeline_.usePose(std::move(request));
+  } catch (const std::exception& error) {
+    const std::string text = std::string("initialpose refused: ") + error.what();
+    ROS_ERROR_STREAM_NAMED(name_, name_ << ": " << text);
+    pipeline_.announce(Status::REASON_NO_START_POSE, text);
+  }
+}
+
+void LocalizationRos::noticeClock() {
+  const std::lock_guard<std::mutex> lock(clock_mutex_);
+  if (clock_.clockJumped(ros::Time::now())) pipeline_.restart("the clock went back");
+}
+
+void LocalizationRos::watch() {
+  try {
+    noticeClock();
+    const std::string waiting = paused_ ? std::string() : warnWhenQuiet(pipeline_.view().scans);
+    pipeline_.tick(waiting);
+    const LocalizationPipeline::View view = pipeline_.view();
+    const ros::WallTime now = ros::WallTime::now();
+    const std::string diagnosed = view.status.state_name + (view.tf_sent ? " sent" : " silent");
+    if (diagnosed != diagnosed_ || (now - last_diagnostics_).toSec() >= diagnostic_period_) {
+      diagnosed_ = diagnosed;
+      last_diagnostics_ = now;
+      diagnostics_.update(view, scans_->topic(), quiet_limit_, waiting);
+    }
+    if ((now - last_pose_saved_).toSec() < options_.start.save_pose_period) return;
+    last_pose_saved_ = now;
+    if (std::optional<PoseGuess> pose = pipeline_.trackedPose()) pose_saver_.put(std::move(*pose));
+  } catch (const std::exception& error) {
+    ROS_ERROR_STREAM_THROTTLE_NAMED(5.0, name_, name_ << ": " << error.what());
+  }
+}
+
+std::string LocalizationRos::warnWhenQuiet(const ScanCounts& scans) {
+  const ros::WallTime now = ros::WallTime::now();
+  const double limit = quiet_limit_;
+  const double quiet = (now - std::max(started_, scans.last_arrival)).toSec();
+  const double stuck = (now - std::max(started_, scans.last_taken)).toSec();
+  const bool may_warn = (now - last_quiet_warning_).toSec() >= limit;
+  if (quiet >= limit) {
+    if (!may_warn) return {};
+    last_quiet_warning_ = now;
+    ROS_WARN_STREAM_NAMED(name_,
+                          name_ << ": no cloud on '" << scans_->topic() << "' for " << static_cast<int>(quiet)
+                                << " s. Is the camera running, and is the topic remapped? With depth "
+                                   "images instead of clouds: depth_image:=true of localization.launch.");
+    return {};
+  }
+  if (scans.received == 0 || stuck < std::min(limit, kTransformPatience)) return {};
+  const std::string why = pipeline_.whyWaiting();
+  if (why.empty()) return {};
+  const std::string text = "scans wait for their transforms" + why;
+  if (may_warn && stuck >= limit) {
+    last_quiet_warning_ = now;
+    ROS_WARN_STREAM_NAMED(name_, name_ << ": " << text);
+  }
+  return text;
+}
+
+ros::Publisher publishRefusal(ros::NodeHandle node, const std::string& message) {
+  ros::Publisher publisher = node.advertise<ttsdf_localization::LocalizationStatus>("status", 1, true);
+  ttsdf_localization::LocalizationStatus status;
+  status.header.stamp = ros::Time::now();
+  status.state = ttsdf_localization::LocalizationStatus::ERROR;
+  status.state_name = statusStateName(status.state);
+  status.reason = ttsdf_localization::LocalizationStatus::REASON_PARAMETER;
+  status.message = message;
+  publisher.publish(status);
+  return publisher;
+}
+
+}  // namespace ttsdf

@@ -1,0 +1,119 @@
+#include "ros/offline/bag_localizer.h"
+
+#include <algorithm>
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+#include "ros/common/conversions.h"
+#include "ros/common/pose_store.h"
+#include "ros/node/localization_output.h"
+
+namespace ttsdf {
+
+namespace {
+constexpr double kNoTimeLimit = 3600.0;  // [s] the most the options allow
+constexpr double kLongestStep = 1.0;  // [s] between two messages: a longer gap of the bag is no silent camera
+
+LocalizationRosOptions withoutTimeLimit(LocalizationRosOptions options) {
+  options.localizer.global.max_seconds = kNoTimeLimit;
+  return options;
+}
+}  // namespace
+
+BagLocalizer::BagLocalizer(const LocalizationRosOptions& options, PreparedMap map, Report report)
+    : options_(withoutTimeLimit(options)), report_(std::move(report)), localizer_(options_) {
+  localizer_.localizer().setMap(std::move(map));
+  if (options_.start.set_initial_pose) localizer_.usePose(startPose(options_.start));
+  if (options_.start.pose_file.empty()) return;
+  if (std::optional<PoseGuess> saved = loadPose(options_.start.pose_file, options_.frames.global_frame_id)) {
+    localizer_.usePose(PoseRequest{std::move(*saved), ros::Time(), ""});
+    if (options_.start.set_initial_pose)
+      warnings_.push_back("initial_pose_* is for the first start only: pose_file has a later pose");
+  }
+}
+
+void BagLocalizer::add(const tf2_msgs::TFMessage& transforms, bool is_static) {
+  if (!localizer_.addTransforms(transforms, "bag", is_static)) return;
+  restart();
+  localizer_.addTransforms(transforms, "bag", is_static);
+}
+
+void BagLocalizer::add(const geometry_msgs::PoseWithCovarianceStamped& initial_pose) {
+  try {
+    localizer_.usePose(readPose(initial_pose, localizer_.buffer(), options_.frames, "initialpose"));
+  } catch (const std::exception& error) {
+    warnings_.push_back(std::string("initialpose refused: ") + error.what());
+  }
+}
+
+void BagLocalizer::add(const std_msgs::Header& header,
+                       const std::function<ConvertedCloud(const CloudOptions&)>& convert) {
+  QueuedScan scan;
+  scan.header = header;
+  scan.header.frame_id = withoutLeadingSlash(header.frame_id);
+  if (clock_watch_.stampsJumped(header.stamp)) restart();
+  try {
+    if (scan.header.frame_id.empty()) throw std::invalid_argument("the scan has no frame_id");
+    if (scan.header.stamp.isZero())
+      throw std::invalid_argument("the scan has stamp 0: no transform can be looked up for it");
+    scan.points = convert(options_.cloud).points;
+  } catch (const std::exception& error) {
+    refuse(scan.header, Status::REASON_BAD_CLOUD, error.what());
+    return;
+  }
+  localizer_.queue().put(std::move(scan), now_);
+}
+
+void BagLocalizer::advance(const ros::Time& time) {
+  const double seconds = now_.isZero() ? 0.0 : (time - now_).toSec();
+  now_ = time;
+  workOnScans(false);
+  localizer_.pass(std::clamp(seconds, 0.0, kLongestStep));
+}
+
+void BagLocalizer::finish() { workOnScans(true); }
+
+void BagLocalizer::workOnScans(bool at_end) {
+  while (const std::optional<ScanOutcome> outcome = localizer_.next(now_, false, at_end)) report(*outcome);
+}
+
+void BagLocalizer::report(const ScanOutcome& outcome) {
+  switch (outcome.kind) {
+    case ScanOutcome::Kind::kRefused:
+      return refuse(outcome.header, Status::REASON_NO_TRANSFORM, outcome.message);
+    case ScanOutcome::Kind::kOvertaken:
+      return refuse(outcome.header, Status::REASON_TIME_JUMP, "the scan is not newer than the one before");
+    case ScanOutcome::Kind::kSkipped:
+      return;
+    case ScanOutcome::Kind::kLocalized:
+      break;
+  }
+  report_(outcome.header, toStatus(outcome.update), outcome.update);
+  if (outcome.update.wants_global) runGlobal(outcome.scan, outcome.header);
+}
+
+void BagLocalizer::runGlobal(const LocalizerScan& scan, const std_msgs::Header& header) {
+  ++globals_;
+  Localizer& localizer = localizer_.localizer();
+  GlobalJob job = localizer.beginGlobal(scan, localizer_.gravity().down(header.frame_id, header.stamp));
+  job.run();
+  localizer.finishGlobal(job);
+}
+
+void BagLocalizer::refuse(const std_msgs::Header& header, std::uint8_t reason, const std::string& message) {
+  LocalizationUpdate update;
+  update.stamp = header.stamp.toSec();
+  update.state = localizer_.localizer().state();
+  Status status = toStatus(update);
+  status.reason = reason;
+  status.message = message;
+  report_(header, status, update);
+}
+
+void BagLocalizer::restart() {
+  finish();
+  localizer_.restart();
+}
+
+}  // namespace ttsdf

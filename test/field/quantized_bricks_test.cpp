@@ -1,0 +1,102 @@
+#include "../../src/field/quantized_bricks.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace ttsdf {
+namespace {
+
+float planar(int i, int j, int k) {
+  return 0.02f *
+         (0.6f * static_cast<float>(i) - 0.64f * static_cast<float>(j) + 0.48f * static_cast<float>(k));
+}
+
+/// Every third brick of a grid, filled.
+QuantizedBricks someBricks(const std::array<int, 3>& sizes) {
+  QuantizedBricks bricks(sizes);
+  for (QuantizedBricks::Id id = 0; id < bricks.idCount(); id += 3) bricks.reserve(id);
+  bricks.allocate();
+  float samples[kBrickSamples];
+  for (int c = 0; c < bricks.counts()[2]; ++c) {
+    for (int b = 0; b < bricks.counts()[1]; ++b) {
+      for (int a = 0; a < bricks.counts()[0]; ++a) {
+        if (!bricks.has(bricks.idOf(a, b, c))) continue;
+        for (int n = 0; n < kBrickSamples; ++n) {
+          samples[n] = planar(a * kBrickCells + n % kBrickSide, b * kBrickCells + n / kBrickSide % kBrickSide,
+                              c * kBrickCells + n / kBrickSide / kBrickSide);
+        }
+        bricks.set(bricks.idOf(a, b, c), samples);
+      }
+    }
+  }
+  return bricks;
+}
+
+TEST(QuantizedBricks, GiveTheCornersOfCellsToHalfAStep) {
+  const std::array<int, 3> sizes{{50, 40, 30}};
+  const QuantizedBricks bricks = someBricks(sizes);
+  std::mt19937 random(1);
+  CellChunk cells;
+  CornerChunk corners;
+  std::int32_t missing[kChunk];
+  cells.size = kChunk;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::uniform_int_distribution<std::int32_t> cell(0, sizes[axis] - 2);
+    for (std::int32_t& n : cells.cell[axis]) n = cell(random);
+  }
+  const int misses = bricks.corners(cells, corners, missing);
+  std::vector<bool> there(kChunk, true);
+  for (int n = 0; n < misses; ++n) there[static_cast<std::size_t>(missing[n])] = false;
+  const float step = 0.02f * 7.0f * (0.6f + 0.64f + 0.48f) / 255.0f;
+  int found = 0;
+  for (int n = 0; n < kChunk; ++n) {
+    const int i = cells.cell[0][n], j = cells.cell[1][n], k = cells.cell[2][n];
+    EXPECT_EQ(there[static_cast<std::size_t>(n)],
+              bricks.has(bricks.idOf(i / kBrickCells, j / kBrickCells, k / kBrickCells)));
+    if (!there[static_cast<std::size_t>(n)]) continue;
+    ++found;
+    for (int c = 0; c < 8; ++c) {
+      EXPECT_NEAR(corners.value[n][c], planar(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)), 0.51f * step);
+    }
+  }
+  EXPECT_GT(found, kChunk / 5);
+  EXPECT_GT(misses, kChunk / 5);
+}
+
+TEST(QuantizedBricks, TakeTheBytesTheySay) {
+  const std::array<int, 3> sizes{{50, 40, 30}};
+  const QuantizedBricks bricks = someBricks(sizes);
+  EXPECT_EQ(bricks.size(), (bricks.idCount() + 2) / 3);
+  EXPECT_EQ(bricks.memoryBytes(), QuantizedBricks::bytesFor(sizes, bricks.size()));
+}
+
+TEST(QuantizedBricks, AnEmptySetMissesEveryPoint) {
+  QuantizedBricks bricks({{9, 9, 9}});
+  bricks.allocate();
+  CellChunk cells;
+  CornerChunk corners;
+  std::int32_t missing[kChunk];
+  cells.size = 5;
+  for (auto& axis : cells.cell) std::fill(std::begin(axis), std::end(axis), 3);
+  EXPECT_EQ(bricks.corners(cells, corners, missing), 5);
+}
+
+TEST(QuantizedBricks, ConstantSamplesStayWhatTheyAre) {
+  QuantizedBricks bricks({{8, 8, 8}});
+  bricks.reserve(0);
+  bricks.allocate();
+  const std::vector<float> samples(kBrickSamples, 0.2f);
+  bricks.set(0, samples.data());
+  CellChunk cells;
+  CornerChunk corners;
+  std::int32_t missing[kChunk];
+  cells.size = 1;
+  for (auto& axis : cells.cell) axis[0] = 6;
+  EXPECT_EQ(bricks.corners(cells, corners, missing), 0);
+  for (const float corner : corners.value[0]) EXPECT_EQ(corner, 0.2f);
+}
+
+}  // namespace
+}  // namespace ttsdf
