@@ -6,18 +6,14 @@
 
 namespace ttsdf {
 
-namespace {
-constexpr double kNoStamp = -std::numeric_limits<double>::infinity();
-}  // namespace
-
 Localizer::Localizer(LocalizerOptions options)
     : options_(std::move(options)),
       motion_(options_.motion),
-      last_stamp_(kNoStamp),
-      last_silent_stamp_(kNoStamp),
-      confirmed_from_(kNoStamp),
-      last_search_stamp_(kNoStamp),
-      last_global_stamp_(kNoStamp) {
+      last_stamp_(kNeverStamp),
+      last_silent_stamp_(kNeverStamp),
+      confirmed_from_(kNeverStamp),
+      last_search_stamp_(kNeverStamp),
+      last_global_stamp_(kNeverStamp) {
   validate(options_);
 }
 
@@ -72,7 +68,7 @@ void Localizer::setGuess(PoseGuess guess) {
   guess_attempts_ = 0;
   stopConfirming();
   globals_done_ = 0;
-  last_search_stamp_ = kNoStamp;
+  last_search_stamp_ = kNeverStamp;
   global_running_ = false;
   if (hasMap()) state_ = LocalizerState::kRelocalizing;
 }
@@ -86,7 +82,7 @@ void Localizer::reset() {
   start_guess_.reset();
   stopConfirming();
   guess_attempts_ = refused_in_row_ = searches_done_ = globals_done_ = 0;
-  last_stamp_ = last_silent_stamp_ = last_search_stamp_ = last_global_stamp_ = kNoStamp;
+  last_stamp_ = last_silent_stamp_ = last_search_stamp_ = last_global_stamp_ = kNeverStamp;
   state_ = hasMap() ? LocalizerState::kWaitingForPose : LocalizerState::kNoMap;
 }
 

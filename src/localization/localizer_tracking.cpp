@@ -11,7 +11,6 @@
 namespace ttsdf {
 
 namespace {
-constexpr double kNever = -std::numeric_limits<double>::infinity();
 constexpr double kUsualGain = 0.01;
 constexpr double kLeap = 2.0;  // standard deviations from the prior beyond which a pose must fit very well
 /// No prior is more certain than this [rad, m]: the map's own errors are the same in every scan.
@@ -120,7 +119,7 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
     update.message = "confirming the pose found";
     return finish(update);
   }
-  confirmed_from_ = kNever;
+  confirmed_from_ = kNeverStamp;
   return believe(scan, update);
 }
 
@@ -136,7 +135,7 @@ LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdat
   guess_attempts_ = refused_in_row_ = 0;
   confirmations_left_ = options_.recovery.confirmation_scans;
   confirming_inliers_ = min_inlier_ratio;
-  confirmed_from_ = seconds > 0.0 ? scan.stamp + seconds : kNever;
+  confirmed_from_ = seconds > 0.0 ? scan.stamp + seconds : kNeverStamp;
   if (!confirming()) return believe(scan, update);
   state_ = LocalizerState::kRelocalizing;
   update.message = "confirming the pose found";
@@ -191,11 +190,11 @@ LocalizationUpdate Localizer::refuse(const LocalizerScan& scan, const Refusal& r
   return finish(update);
 }
 
-bool Localizer::confirming() const { return confirmations_left_ > 0 || confirmed_from_ != kNever; }
+bool Localizer::confirming() const { return confirmations_left_ > 0 || confirmed_from_ != kNeverStamp; }
 
 void Localizer::stopConfirming() {
   confirmations_left_ = 0;
-  confirmed_from_ = kNever;
+  confirmed_from_ = kNeverStamp;
 }
 
 void Localizer::forgetUsualFit() {

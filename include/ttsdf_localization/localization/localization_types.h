@@ -11,6 +11,9 @@
 
 namespace ttsdf {
 
+/// Stamp of what has not happened yet [s].
+constexpr double kNeverStamp = -std::numeric_limits<double>::infinity();
+
 enum class LocalizerState : std::uint8_t {
   kNoMap,
   kWaitingForPose,
