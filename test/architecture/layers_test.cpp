@@ -36,7 +36,7 @@ const std::map<std::string, Names> kMayUse = {
     {"field", {"tensor"}},
     {"map", {"tensor", "field"}},
     {"registration", {"options", "geometry", "tensor", "field"}},
-    {"localization", {"options", "geometry", "registration"}},
+    {"localization", {"options", "geometry", "field", "registration"}},
     // the builder's: from depth or a mesh to a compressed map
     {"compression", {"tensor", "field", "map"}},
     {"build_steps", {"options"}},
