@@ -4,6 +4,7 @@ ttsdf_library(ttsdf_compression
   SOURCES
     src/compression/dense_slabs.cpp
     src/compression/sparse_fit.cpp
+    src/compression/quantized_fit.cpp
     src/compression/compact_map.cpp
     src/compression/gram.cpp
     src/compression/tt_svd.cpp

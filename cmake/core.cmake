@@ -1,4 +1,4 @@
-# Layer 1: the tensor train, the field, registration, the map file. Eigen, nanoflann, zlib, liblzma; nothing else.
+# Layer 1: the tensor train, the field, registration, the map file. Eigen, zlib, liblzma; nothing else.
 find_package(ZLIB REQUIRED)
 ttsdf_find_library(LZMA_LIBRARY lzma)
 

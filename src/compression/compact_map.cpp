@@ -5,6 +5,9 @@
 #include <stdexcept>
 
 #include "dense_slabs.h"
+#include "encoder/core_quantizer.h"
+#include "encoder/map_bytes.h"
+#include "quantized_fit.h"
 #include "sparse_fitter.h"
 #include "ttsdf_localization/compression/map_writer.h"
 
@@ -15,6 +18,7 @@ namespace {
 /// A step of so many thresholds loses little of what the fit kept.
 constexpr double kStepPerThreshold = 8.0;
 constexpr int kMostTrials = 8;
+constexpr double kCloseEnough = 0.02;  // of the logarithm of a size
 
 void checkOptions(const CompactOptions& options) {
   const auto fail = [](const std::string& got, const std::string& wanted) {
@@ -39,7 +43,7 @@ struct Trial {
 class Search {
  public:
   Search(const TtSdfMap& map, const WeightedSlabSource& source, const CompactOptions& options)
-      : map_(map), options_(options), fitter_(source, map.train, options.threads) {}
+      : map_(map), source_(source), options_(options), fitter_(source, map.train, options.threads) {}
 
   Trial run() {
     Trial trial = attempt(options_.threshold);
@@ -60,10 +64,7 @@ class Search {
     fitter_.reweight(threshold);
     fit(threshold, reweighted);
     trial.train = fitter_.train();
-    EncodeOptions encode;
-    encode.encoding = Encoding::kQuantized;
-    encode.quantization_step = kStepPerThreshold * threshold;
-    trial.bytes = encoded(trial.train, encode);
+    trial.bytes = encoded(trial.train, kStepPerThreshold * threshold);
     if (options_.target_error > 0.0) {
       trial.error = options_.error(deserialize(trial.bytes.data(), trial.bytes.size()).train);
     }
@@ -71,11 +72,7 @@ class Search {
   }
 
   void fit(double threshold, int iterations) {
-    const bool finished = fitter_.run(threshold, iterations, [this](double) {
-      ++done_;
-      const double expected = 3.0 * options_.iterations;
-      return !options_.keep_going || options_.keep_going(done_ / (done_ + expected));
-    });
+    const bool finished = fitter_.run(threshold, iterations, [this](double) { return goesOn(); });
     if (!finished) throw std::runtime_error("cancelled");
   }
 
@@ -103,26 +100,51 @@ class Search {
 
   /// A threshold whose file comes near the target; the quantisation then meets it.
   Trial meetBytes(Trial trial) {
-    const auto excess = [this](const Trial& t) {
-      return std::log(static_cast<double>(t.bytes.size()) / static_cast<double>(options_.target_bytes));
+    const auto excess = [this](const std::vector<std::uint8_t>& bytes) {
+      return std::log(static_cast<double>(bytes.size()) / static_cast<double>(options_.target_bytes));
     };
-    for (int n = 1; n < kMostTrials && std::abs(excess(trial)) > 0.08; ++n) {
-      trial = attempt(trial.threshold * std::exp(std::clamp(0.9 * excess(trial), -2.0, 2.0)));
+    for (int n = 1; n < kMostTrials && std::abs(excess(trial.bytes)) > 0.08; ++n) {
+      trial = attempt(trial.threshold * std::exp(std::clamp(0.9 * excess(trial.bytes), -2.0, 2.0)));
     }
+    // The same fit at other steps: the largest file that fits.
+    const std::vector<std::uint8_t> fitted = std::move(trial.bytes);
+    double step = kStepPerThreshold * trial.threshold, distance = excess(fitted);
+    trial.bytes.clear();
+    for (int n = 0; n < kMostTrials; ++n) {
+      std::vector<std::uint8_t> bytes = n == 0 ? fitted : encoded(trial.train, step);
+      distance = excess(bytes);
+      const bool fits = distance <= 0.0;
+      if (fits && bytes.size() > trial.bytes.size()) trial.bytes = std::move(bytes);
+      if (fits && distance > -kCloseEnough) return trial;
+      step *= std::exp(std::clamp(0.8 * (distance + 0.4 * kCloseEnough), -1.0, 1.0));
+    }
+    if (!trial.bytes.empty()) return trial;
     EncodeOptions encode;
     encode.encoding = Encoding::kQuantized;
     encode.target_bytes = options_.target_bytes;
-    trial.bytes = encoded(trial.train, encode);
+    TtSdfMap map = map_;
+    map.train = trial.train;
+    trial.bytes = serialize(map, encode);
     return trial;
   }
 
-  std::vector<std::uint8_t> encoded(const TensorTrain& train, const EncodeOptions& options) const {
-    TtSdfMap map = map_;
-    map.train = train;
-    return serialize(map, options);
+  std::vector<std::uint8_t> encoded(const TensorTrain& train, double step) {
+    QuantizedCores cores = CoreQuantizer(train).toStep(step);
+    QuantizedFitOptions fit;
+    fit.threads = options_.threads;
+    fit.keep_going = [this] { return goesOn(); };
+    fitQuantized(source_, cores, fit);
+    return serializeQuantized(map_, cores);
+  }
+
+  bool goesOn() {
+    ++done_;
+    const double expected = 3.0 * options_.iterations;
+    return !options_.keep_going || options_.keep_going(done_ / (done_ + expected));
   }
 
   const TtSdfMap& map_;
+  const WeightedSlabSource& source_;
   const CompactOptions& options_;
   SparseFitter fitter_;
   double done_ = 0.0;

@@ -2,6 +2,7 @@
 
 #include "../map/format/map_container.h"
 #include "encoder/core_writer.h"
+#include "encoder/map_bytes.h"
 #include "encoder/mask_writer.h"
 #include "encoder/section_writer.h"
 
@@ -16,8 +17,8 @@ Section makeSection(std::uint32_t id, std::uint32_t flags, const Writer& write) 
   return {id, flags, std::move(out.data())};
 }
 
-std::vector<std::uint8_t> encoded(const TtSdfMap& map, const EncodeOptions& options) {
-  check(map);
+/// All sections, the last one, of the cores, still empty.
+std::vector<Section> sectionsAround(const TtSdfMap& map) {
   std::vector<Section> sections;
   sections.push_back(makeSection(kGeometrySection, kRequiredFlag,
                                  [&](ByteWriter& out) { writeGeometry(map.geometry, out); }));
@@ -36,6 +37,12 @@ std::vector<std::uint8_t> encoded(const TtSdfMap& map, const EncodeOptions& opti
         makeSection(kAgreementSection, 0, [&](ByteWriter& out) { writeAgreement(map.agreement, out); }));
   }
   sections.push_back({kCoreSection, kRequiredFlag, {}});
+  return sections;
+}
+
+std::vector<std::uint8_t> encoded(const TtSdfMap& map, const EncodeOptions& options) {
+  check(map);
+  std::vector<Section> sections = sectionsAround(map);
   const CoreBudget budget{0.1 * map.geometry.voxel_size, writeContainer(sections).size()};
   sections.back() = makeSection(kCoreSection, kRequiredFlag,
                                 [&](ByteWriter& out) { writeCores(map.train, options, budget, out); });
@@ -43,6 +50,13 @@ std::vector<std::uint8_t> encoded(const TtSdfMap& map, const EncodeOptions& opti
 }
 
 }  // namespace
+
+std::vector<std::uint8_t> serializeQuantized(const TtSdfMap& map, const QuantizedCores& cores) {
+  std::vector<Section> sections = sectionsAround(map);
+  sections.back() =
+      makeSection(kCoreSection, kRequiredFlag, [&](ByteWriter& out) { writeQuantized(cores, out); });
+  return writeContainer(sections);
+}
 
 std::vector<std::uint8_t> serialize(const TtSdfMap& map, const EncodeOptions& options) {
   std::vector<std::uint8_t> bytes = encoded(map, options);

@@ -58,6 +58,16 @@ SparseFitter::SparseFitter(const WeightedSlabSource& source, const TensorTrain& 
   gauge_.M.resize(0, 0);
 }
 
+SparseFitter::SparseFitter(const WeightedSlabSource& source, TrainGauge bases, int threads)
+    : source_(source),
+      gauge_(std::move(bases)),
+      cosines_(static_cast<int>(gauge_.M.cols())),
+      threads_(threads) {
+  Ut_ = gauge_.U.transpose();
+  Vt_ = gauge_.V.transpose();
+  gauge_.M.resize(0, 0);
+}
+
 /// What the weighted samples miss, projected on the bases: minus the gradient of the weighted half square
 /// error. Slabs are independent, so the result does not depend on the number of threads.
 MatrixXf SparseFitter::project(const MatrixXf& slices) const {
@@ -94,8 +104,7 @@ bool SparseFitter::run(double threshold, int iterations, const std::function<boo
   double momentum = 1.0;
   for (int n = 0; n < iterations; ++n) {
     // The bases are orthonormal and the weights at most 1, so a gradient step of length 1 never overshoots.
-    MatrixXf next =
-        ahead + cosines_.toFrequencies(project(cosines_.fromFrequencies(ahead, threads_)), threads_);
+    MatrixXf next = ahead + missing(ahead);
     shrink(next, factors_, static_cast<float>(threshold));
     const bool uphill = (ahead - next).cwiseProduct(next - coefficients_).sum() > 0.0f;
     const double next_momentum = uphill ? 1.0 : 0.5 * (1.0 + std::sqrt(1.0 + 4.0 * momentum * momentum));

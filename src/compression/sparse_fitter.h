@@ -12,6 +12,14 @@ class SparseFitter {
  public:
   /// The source must outlive it.
   SparseFitter(const WeightedSlabSource& source, const TensorTrain& start, int threads);
+  /// With bases as they are; the middle core of the gauge is not used.
+  SparseFitter(const WeightedSlabSource& source, TrainGauge bases, int threads);
+
+  /// What the weighted samples miss with these coefficients, as coefficients: minus the gradient of half the
+  /// weighted square error.
+  Eigen::MatrixXf missing(const Eigen::MatrixXf& coefficients) const {
+    return cosines_.toFrequencies(project(cosines_.fromFrequencies(coefficients, threads_)), threads_);
+  }
 
   /// Runs `iterations` from where the last run ended. `share_done` goes to keep_going; false if that ended
   /// the run.

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "ttsdf_localization/field/long_range_field.h"
+
 namespace ttsdf {
 
 Localizer::Localizer(LocalizerOptions options)
@@ -18,10 +20,13 @@ Localizer::Localizer(LocalizerOptions options)
 }
 
 PreparedMap Localizer::prepare(std::shared_ptr<const DistanceField> field,
-                               const RegistrationOptions& options) {
+                               const RegistrationOptions& options, const KeepGoing& keep_going) {
   if (!field) throw std::invalid_argument("Localizer::prepare: got no field, wanted one");
   PreparedMap map;
-  map.registration = std::make_unique<Registration>(field, options);
+  std::shared_ptr<const DistanceField> far;
+  if (options.long_range && options.method == "robust") far = makeLongRangeField(*field, {}, keep_going);
+  field->warmUp(keep_going);
+  map.registration = std::make_unique<Registration>(field, options, std::move(far));
   RegistrationOptions near = options;
   near.long_range = false;
   near.restarts = 0;

@@ -47,7 +47,7 @@ TensorTrain decompose(const FieldSlabs& slabs, const RankCaps& ranks, const Buil
 
 /// Bytes of the map, and the map as a reader of them sees it.
 void encode(const TtSdfMap& map, const FieldSlabs& slabs, const FieldError& error,
-            const BuildOptions& options, const BuildProgress& progress, BuiltMap& built) {
+            const BuildOptions& options, bool meet_budget, const BuildProgress& progress, BuiltMap& built) {
   const Encoding encoding = encodingFromName(options.encoding);
   if (encoding == Encoding::kQuantized && options.refine_iterations > 0) {
     // Shares of the error that the ranks leave. With ranks as given, the encoding adds little to it; within a
@@ -60,6 +60,11 @@ void encode(const TtSdfMap& map, const FieldSlabs& slabs, const FieldError& erro
     if (options.quantization > 0.0) compact.threshold = options.quantization;
     compact.threads = options.threads;
     compact.keep_going = [&progress](double share) { return !progress || progress("encoding", share); };
+    if (meet_budget) {
+      compact.target_bytes = static_cast<std::size_t>(options.target_bytes);
+      if (options.target_bytes == 0) compact.target_error = options.target_surface_error;
+      compact.error = [&slabs](const TensorTrain& train) { return slabs.compare(train).surface; };
+    }
     CompactMap result = compactMap(map, slabs.weighted(), compact);
     built.bytes = std::move(result.bytes);
     built.map = std::move(result.map);
@@ -73,7 +78,7 @@ void encode(const TtSdfMap& map, const FieldSlabs& slabs, const FieldError& erro
 }
 
 BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
-                    const RankCaps& ranks, const BuildProgress& progress) {
+                    const RankCaps& ranks, bool meet_budget, const BuildProgress& progress) {
   BuiltMap built;
   tell(progress, "decomposing", 0.0);
   const Stopwatch decomposing;
@@ -102,7 +107,7 @@ BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, cons
   report.observed_share = slabs.knownShare();
   map.metadata["observed_share"] = std::to_string(report.observed_share);
   map.metadata["surface_rms_before_encoding"] = std::to_string(before.surface);
-  encode(map, slabs, before, options, progress, built);
+  encode(map, slabs, before, options, meet_budget, progress, built);
   const FieldError after = slabs.compare(built.map.train);
   report.relative_error = after.relative;
   report.surface_rms = after.surface;
@@ -123,17 +128,24 @@ BuiltMap compressWithin(const SampledField& field, const FusionOptions& fusion, 
   const int largest = std::min(kLargestRank, field.geometry.dims.maxCoeff());
   int below = 0, above = largest + 1;  // of the smallest rank that fits, or of the largest
   std::optional<BuiltMap> best;
+  int best_rank = 0;
   BuildReport last;
   while (above - below > 1) {
     const int rank =
         above > largest ? std::min(std::max(kFirstRank, 2 * below), largest) : (below + above) / 2;
-    BuiltMap built = compressAt(field, fusion, options, {rank, rank}, progress);
+    BuiltMap built = compressAt(field, fusion, options, {rank, rank}, false, progress);
     last = built.report;
     const bool good = fits(built);
-    if (good) best = std::move(built);
+    if (good) best = std::move(built), best_rank = rank;
     (good == want_smallest ? above : below) = rank;
   }
-  if (best) return std::move(*best);
+  if (best) {
+    // Ranks come in steps; the coarseness of what is stored fills the budget.
+    BuiltMap met = compressAt(field, fusion, options, {best_rank, best_rank}, true, progress);
+    const bool better = want_smallest ? met.bytes.size() < best->bytes.size()
+                                      : met.report.surface_rms < best->report.surface_rms;
+    return fits(met) && better ? std::move(met) : std::move(*best);
+  }
   std::ostringstream text;
   text << "compress: got " << last.file_bytes << " bytes and " << last.surface_rms
        << " m rms near the surface at rank " << last.rank1 << ", wanted at most ";
@@ -161,7 +173,7 @@ BuiltMap compress(const SampledField& field, const FusionOptions& fusion, const 
         field, fusion, options, true,
         [&](const BuiltMap& b) { return b.report.surface_rms <= options.target_surface_error; }, progress);
   }
-  return compressAt(field, fusion, options, parseRanks(options.max_rank), progress);
+  return compressAt(field, fusion, options, parseRanks(options.max_rank), false, progress);
 }
 
 BuiltMap buildMap(const TsdfVolume& volume, const BuildOptions& options, const BuildProgress& progress,

@@ -19,7 +19,7 @@ using Names = std::set<std::string>;
 const fs::path kRoot = TTSDF_SOURCE_DIR;
 
 /// What each folder may include of the other folders.
-const Names kCore = {"files", "options", "geometry", "tensor", "field", "map"};
+const Names kCore = {"files", "options", "sensor", "geometry", "tensor", "field", "map"};
 const Names kWings = {"build_steps", "readers", "frames",      "fusion",    "surface", "signed_field",
                       "mesh",        "mapping", "compression", "agreement", "exports"};
 
@@ -38,7 +38,7 @@ const std::map<std::string, Names> kMayUse = {
     {"field", {"geometry", "tensor"}},
     {"map", {"files", "geometry", "tensor", "field"}},
     {"registration", {"options", "geometry", "tensor", "field", "sensor"}},
-    {"localization", {"options", "geometry", "registration"}},
+    {"localization", {"options", "geometry", "field", "registration"}},
     // the builder's: from depth or a mesh to a compressed map
     {"compression", {"files", "tensor", "field", "map"}},
     {"readers", {}},

@@ -42,10 +42,10 @@ class DistanceFieldTest : public testing::TestWithParam<Kind> {
   const Dims dims_{14, 11, 9};
   const GridGeometry geometry_ = turnedGeometry(dims_);
   const DenseTensor tensor_ = test::distanceTensor(dims_);  // values up to 1, slopes up to 1 / 14 per voxel
-  // A point in float at 3 m, in voxels of 2 cm: 1e-5 voxels; times the slope, plus the rounding of full-rank
-  // cores.
-  static constexpr double kValueTolerance = 5e-6;
-  static constexpr double kGradientTolerance = 5e-4;  // the same over 2 cm
+  // A point in float at 3 m, in voxels of 2 cm: 1e-5 voxels; times the slope. Compressed fields keep 13 bits of
+  // what a value is made of: half a step of that, of values up to 1.
+  const double value_tolerance_ = GetParam().compressed ? 0.5 / 8192.0 : 5e-6;
+  const double gradient_tolerance_ = 4.0 * value_tolerance_ / 0.02;  // weights of a difference at a border: 4 in all
 };
 
 TEST_P(DistanceFieldTest, TrilinearEqualsBruteForce) {
@@ -55,8 +55,8 @@ TEST_P(DistanceFieldTest, TrilinearEqualsBruteForce) {
   for (Eigen::Index n = 0; n < points.cols(); ++n) {
     const auto truth = test::trilinear(tensor_, geometry_, points.col(n).cast<double>());
     ASSERT_EQ(samples.states[static_cast<std::size_t>(n)], PointState::kValid);
-    ASSERT_NEAR(samples.values[n], truth.value, kValueTolerance);
-    ASSERT_LT((samples.gradients.col(n).cast<double>() - truth.gradient).norm(), kGradientTolerance);
+    ASSERT_NEAR(samples.values[n], truth.value, value_tolerance_);
+    ASSERT_LT((samples.gradients.col(n).cast<double>() - truth.gradient).norm(), gradient_tolerance_);
   }
 }
 
@@ -91,9 +91,9 @@ TEST_P(DistanceFieldTest, NearestIsThePapersRoundingWithFiniteDifferences) {
     const Eigen::Vector3d slope(slopes[0](v[0], v[1], v[2]), slopes[1](v[0], v[1], v[2]),
                                 slopes[2](v[0], v[1], v[2]));
     ASSERT_EQ(samples.states[static_cast<std::size_t>(n)], PointState::kValid);
-    ASSERT_NEAR(samples.values[n], tensor_(v[0], v[1], v[2]), kValueTolerance);
+    ASSERT_NEAR(samples.values[n], tensor_(v[0], v[1], v[2]), value_tolerance_);
     ASSERT_LT((samples.gradients.col(n).cast<double>() - geometry_.T_map_grid.linear() * slope).norm(),
-              kGradientTolerance);
+              gradient_tolerance_);
   }
 }
 
@@ -104,8 +104,8 @@ TEST_P(DistanceFieldTest, ASampleIsMetAtItsIndexAndTheMeanHalfWay) {
   points.col(0) = geometry_.samplePosition(Eigen::Vector3d(5.0, 4.0, 3.0)).cast<float>();
   points.col(1) = geometry_.samplePosition(Eigen::Vector3d(5.5, 4.0, 3.0)).cast<float>();
   const FieldSamples samples = field->evaluate(points);
-  EXPECT_NEAR(samples.values[0], tensor_(5, 4, 3), kValueTolerance);
-  EXPECT_NEAR(samples.values[1], 0.5 * (tensor_(5, 4, 3) + tensor_(6, 4, 3)), kValueTolerance);
+  EXPECT_NEAR(samples.values[0], tensor_(5, 4, 3), value_tolerance_);
+  EXPECT_NEAR(samples.values[1], 0.5 * (tensor_(5, 4, 3) + tensor_(6, 4, 3)), value_tolerance_);
 }
 
 TEST_P(DistanceFieldTest, BordersBelongToTheBox) {
@@ -127,7 +127,7 @@ TEST_P(DistanceFieldTest, BordersBelongToTheBox) {
       }
       const FieldSamples samples = field->evaluate(points);
       EXPECT_EQ(samples.states[0], PointState::kValid) << corner;
-      EXPECT_NEAR(samples.values[0], tensor_(voxel[0], voxel[1], voxel[2]), kValueTolerance);
+      EXPECT_NEAR(samples.values[0], tensor_(voxel[0], voxel[1], voxel[2]), value_tolerance_);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         EXPECT_EQ(samples.states[axis + 1], PointState::kOutside) << corner;
         EXPECT_EQ(samples.values[static_cast<Eigen::Index>(axis) + 1], 0.0f);
@@ -233,7 +233,7 @@ TEST_P(DistanceFieldTest, ModesOfLengthOneAndTwoWork) {
                                  ? tensor(v[0], v[1], v[2])
                                  : test::trilinear(tensor, geometry, p).value;
         ASSERT_EQ(samples.states[static_cast<std::size_t>(n)], PointState::kValid);
-        ASSERT_NEAR(samples.values[n], truth, 1e-5) << dims.transpose();
+        ASSERT_NEAR(samples.values[n], truth, value_tolerance_) << dims.transpose();
         for (int axis = 0; axis < 3; ++axis) {
           if (dims[axis] == 1) {
             ASSERT_EQ(samples.gradients(axis, n), 0.0f);

@@ -73,7 +73,7 @@ TEST(QuantizedBricks, TakeTheBytesTheySay) {
 }
 
 TEST(QuantizedBricks, AnEmptySetMissesEveryPoint) {
-  QuantizedBricks bricks({{9, 9, 9}});
+  QuantizedBricks bricks(std::array<int, 3>{{9, 9, 9}});
   bricks.allocate();
   CellChunk cells;
   CornerChunk corners;
@@ -84,7 +84,7 @@ TEST(QuantizedBricks, AnEmptySetMissesEveryPoint) {
 }
 
 TEST(QuantizedBricks, ConstantSamplesStayWhatTheyAre) {
-  QuantizedBricks bricks({{8, 8, 8}});
+  QuantizedBricks bricks(std::array<int, 3>{{8, 8, 8}});
   bricks.reserve(0);
   bricks.allocate();
   const std::vector<float> samples(kBrickSamples, 0.2f);

@@ -63,7 +63,9 @@ class Localizer {
 
   /// What has to be computed before a field can be used; takes a while, so do it in another thread than the
   /// scans. Throws std::invalid_argument for a null field or bad options.
-  static PreparedMap prepare(std::shared_ptr<const DistanceField> field, const RegistrationOptions& options);
+  /// `keep_going` is asked every few milliseconds; false ends it with Cancelled.
+  static PreparedMap prepare(std::shared_ptr<const DistanceField> field, const RegistrationOptions& options,
+                             const KeepGoing& keep_going = {});
   /// Puts a map into use, at once; the pose is kept and has to prove itself.
   void setMap(PreparedMap map);
   void setMap(std::shared_ptr<const DistanceField> field) {

@@ -78,6 +78,10 @@ const OptionTable<MapSourceOptions>& mapSourceOptionTable() {
                "Map file to load at the start. Empty: wait for ~load_map or ~set_map.")
           .add("map_folder", &O::map_folder, {},
                "~load_map takes files of this folder only: no way out by '..' or a link. Empty: any file.")
+          .add("max_map_megabytes", &O::max_map_megabytes, 1.0, 100000.0, "MB",
+               "Maps whose reading takes more memory are refused.")
+          .add("max_map_voxels", &O::max_map_voxels, 1.0, 1.7e10, "",
+               "Maps of larger grids are refused: preparing them takes time with their voxels.")
           .add("memory_megabytes", &O::memory_megabytes, 0.0, 100000.0, "MB",
                "Memory for the map, everything counted: cores, mask, far field, and the parts around the "
                "surface that are kept decoded as far as there is room; less is slower.");

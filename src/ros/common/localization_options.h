@@ -25,10 +25,12 @@ struct FrameOptions {
 
 /// Where the map comes from.
 struct MapSourceOptions {
-  std::string map_source = "file";  ///< file | topic (ttsdf_map) | service (get_map)
-  std::string map_file;             ///< "": wait for ~load_map or ~set_map
-  std::string map_folder;           ///< "": anywhere; otherwise ~load_map takes files of this folder only
-  double memory_megabytes = 3.0;    ///< everything that the map takes, as far as it can be less
+  std::string map_source = "file";   ///< file | topic (ttsdf_map) | service (get_map)
+  std::string map_file;              ///< "": wait for ~load_map or ~set_map
+  std::string map_folder;            ///< "": anywhere; otherwise ~load_map takes files of this folder only
+  double max_map_megabytes = 256.0;  ///< reading a map may take so much memory
+  double max_map_voxels = 4e9;       ///< larger grids are refused
+  double memory_megabytes = 3.0;     ///< everything that the map takes, as far as it can be less
 };
 
 /// Pose at the start.

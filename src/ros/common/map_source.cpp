@@ -18,7 +18,8 @@ namespace ttsdf {
 LoadedMap prepareMap(const std::vector<std::uint8_t>& bytes, const MapSourceOptions& options,
                      const RegistrationOptions& registration) {
   const MapFileInfo info = fileInfo(bytes.data(), bytes.size());
-  const TtSdfMap map = deserialize(bytes.data(), bytes.size());
+  const TtSdfMap map =
+      deserialize(bytes.data(), bytes.size(), {options.max_map_megabytes, options.max_map_voxels});
   TtFieldOptions field_options;
   field_options.memory_megabytes = options.memory_megabytes;
   LoadedMap loaded;
