@@ -44,6 +44,7 @@ VolumeField::VolumeField(const TsdfVolume& volume) : volume_(volume) {
   if (volume.empty()) throw std::invalid_argument("volume field: got a volume without surface");
   const openvdb::CoordBBox box = volume.grids().tsdf->evalActiveVoxelBoundingBox();
   geometry_.voxel_size = volume.options().voxel_size;
+  geometry_.origin = volume.origin();
   for (int axis = 0; axis < 3; ++axis) {
     geometry_.dims[axis] = box.dim()[axis];
     geometry_.T_map_grid.translation()[axis] = geometry_.voxel_size * box.min()[axis];

@@ -134,7 +134,8 @@ TEST_F(MapServer, OffersAGridAndDistancesForPlanners) {
   EXPECT_FALSE(query.response.valid.at(2));
 
   ros::NodeHandle nh;
-  const auto grid = ros::topic::waitForMessage<nav_msgs::OccupancyGrid>("occupancy_grid", nh, ros::Duration(10.0));
+  const auto grid =
+      ros::topic::waitForMessage<nav_msgs::OccupancyGrid>("occupancy_grid", nh, ros::Duration(10.0));
   ASSERT_NE(grid, nullptr);
   EXPECT_EQ(grid->header.frame_id, "hall");
   EXPECT_FLOAT_EQ(grid->info.resolution, 0.1F);

@@ -151,7 +151,8 @@ visualization_msgs::Marker surfaceMarker(const SurfaceMesh& mesh, int max_triang
 
 sensor_msgs::PointCloud2 sliceCloud(const DistanceField& field, double height, double spacing, double range,
                                     const std::string& frame_id, const ros::Time& stamp) {
-  const Eigen::Matrix3Xf points = planePoints(field.geometry(), height - field.geometry().origin.z(), spacing);
+  const Eigen::Matrix3Xf points =
+      planePoints(field.geometry(), height - field.geometry().origin.z(), spacing);
   const FieldSamples samples = field.evaluate(points);
   const auto inside = static_cast<std::size_t>(std::count_if(
       samples.states.begin(), samples.states.end(), [](PointState s) { return s != PointState::kOutside; }));
@@ -170,7 +171,8 @@ sensor_msgs::PointCloud2 sliceCloud(const DistanceField& field, double height, d
     const Rgb color = state == PointState::kValid
                           ? distanceColor(samples.values[n], static_cast<float>(range))
                           : Rgb{70, 70, 70};
-    for (int axis = 0; axis < 3; ++axis) xyz[axis] = points(axis, n) + static_cast<float>(field.geometry().origin[axis]);
+    for (int axis = 0; axis < 3; ++axis)
+      xyz[axis] = points(axis, n) + static_cast<float>(field.geometry().origin[axis]);
     bgr[0] = color.b;
     bgr[1] = color.g;
     bgr[2] = color.r;

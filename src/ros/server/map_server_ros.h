@@ -1,5 +1,6 @@
 #pragma once
-// Offers a map file: latched topics `ttsdf_map` and `occupancy_grid`, services `get_map` and `query_distances`. Core only.
+// Offers a map file: latched topics `ttsdf_map` and `occupancy_grid`, services `get_map` and
+// `query_distances`. Core only.
 
 #include <ros/ros.h>
 
@@ -13,7 +14,8 @@ namespace ttsdf {
 
 class MapServerRos {
  public:
-  /// `options` holds the parameters of PlannerOutput. Throws std::runtime_error or MapFormatError naming the file.
+  /// `options` holds the parameters of PlannerOutput. Throws std::runtime_error or MapFormatError naming the
+  /// file.
   MapServerRos(ros::NodeHandle nh, const ros::NodeHandle& options, const std::string& map_file);
 
  private:
