@@ -214,8 +214,13 @@ BuiltMap buildFromSource(const BuildArguments& a, Progress& progress, BuildSourc
   if (!a.mesh.empty()) {
     progress.update("reading the mesh", 0.0);
     const SurfaceMesh mesh = readMesh(a.mesh, a.scale);
-    warnOfOutliers(mesh, progress);
-    const auto field = sampleMesh(mesh, a.fusion.voxel_size, a.build, show);
+    bool warned = false;
+    const BuildProgress warn = [&](const std::string& step, double share) {
+      if (!warned) warnOfOutliers(mesh, progress);  // once it is clear that the mesh is not too large at all
+      warned = true;
+      return show(step, share);
+    };
+    const auto field = sampleMesh(mesh, a.fusion.voxel_size, a.build, warn);
     source.seconds = secondsSince(start);
     return compress(field, a.fusion, a.build, show);
   }
