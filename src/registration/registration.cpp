@@ -487,6 +487,7 @@ namespace {
 /// Everything inside works relative to the field's origin.
 RegistrationResult inMapFrame(const GridGeometry& geometry, RegistrationResult result) {
   result.T_map_sensor = inMapFrame(geometry, result.T_map_sensor);
+  result.T_map_runner_up = inMapFrame(geometry, result.T_map_runner_up);
   return result;
 }
 
