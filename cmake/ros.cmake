@@ -138,7 +138,8 @@ ttsdf_ros_library(ttsdf_map_server
   SOURCES
     src/ros/server/map_publisher.cpp
     src/ros/server/map_server_ros.cpp
-  LIBS ttsdf_ros)
+    src/ros/server/planner_output.cpp
+  LIBS ttsdf_ros ttsdf_occupancy)
 ttsdf_node(map_server_node SOURCES src/nodes/map_server_node.cpp LIBS ttsdf_map_server)
 
 ttsdf_rostest(map_server.test SOURCE map_server_test.cpp LIBS ttsdf_ros ttsdf_compression DEPENDS map_server_node)

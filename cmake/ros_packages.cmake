@@ -17,7 +17,8 @@ add_service_files(DIRECTORY srv FILES
   Relocalize.srv
   GlobalLocalization.srv
   BuildMap.srv
-  SaveMap.srv)
+  SaveMap.srv
+  QueryDistances.srv)
 
 generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 

@@ -60,7 +60,7 @@ void checkSize(const SurfaceMesh& mesh, double voxel_size, double margin) {
   constexpr double kBytesPerSample = 24.0, kBytesPerPiece = 150.0;
   std::vector<Eigen::Vector3d> points;
   for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n)
-    points.emplace_back(mesh.vertices.col(n).cast<double>());
+    points.emplace_back(mesh.origin + mesh.vertices.col(n).cast<double>());
   double area = 0.0;
   for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
     const Eigen::Vector3d& a = points[static_cast<std::size_t>(mesh.triangles(0, n))];

@@ -11,8 +11,8 @@ constexpr ttsdf::NodeHelp kHelp{
     "map_server_node", "[MAP.ttsdf] ",
     R"(Offers a map file to others; without an argument, that of the parameter ~map_file.
 
-publishes   ttsdf_map
-services    get_map
+publishes   ttsdf_map, occupancy_grid (parameters ~occupancy/resolution, min_height, max_height)
+services    get_map, query_distances
 )",
     ""};
 }  // namespace
@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
     return 1;
   }
   try {
-    const ttsdf::MapServerRos server(nh, map_file);
+    const ttsdf::MapServerRos server(nh, ros::NodeHandle("~"), map_file);
     ros::spin();
   } catch (const std::exception& error) {
     ROS_FATAL_STREAM(error.what());

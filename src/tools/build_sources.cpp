@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <stdexcept>
 
@@ -36,9 +37,10 @@ FrameFolderOptions folderOptions(const BuildArguments& a) {
   return options;
 }
 
-void skip(const std::string& reason, Progress& progress, BuildSource& source) {
+void skip(const FrameEntry& frame, const std::string& reason, Progress& progress, BuildSource& source) {
   progress.note("ttsdf_build: warning: frame skipped: " + reason);
   source.skipped.push_back(reason);
+  source.skipped_names.push_back(std::filesystem::path(frame.depth_path).filename().string());
 }
 
 /// One pose kilometres away from the others would cost all the memory.
@@ -56,7 +58,8 @@ void skipStrayPoses(const FrameFolder& folder, std::vector<FrameEntry>& frames, 
   const auto stray = strayPoses(poses);
   for (auto it = stray.rbegin(); it != stray.rend(); ++it) {
     const auto frame = frames.begin() + static_cast<std::ptrdiff_t>(places[it->first]);
-    skip("'" + (frame->pose_path.empty() ? frame->depth_path : frame->pose_path) + "': the pose lies " +
+    skip(*frame,
+         "'" + (frame->pose_path.empty() ? frame->depth_path : frame->pose_path) + "': the pose lies " +
              std::to_string(std::lround(it->second)) + " m from the middle of all others",
          progress, source);
     frames.erase(frame);
@@ -111,7 +114,7 @@ TsdfVolume fuseFrames(const BuildArguments& a, Progress& progress, BuildSource& 
       ++source.frames;
       source.indices.push_back(selected[n].index);
     } catch (const std::exception& error) {
-      skip(error.what(), progress, source);
+      skip(selected[n], error.what(), progress, source);
     }
   }
   if (source.frames == 0) {
@@ -211,8 +214,13 @@ BuiltMap buildFromSource(const BuildArguments& a, Progress& progress, BuildSourc
   if (!a.mesh.empty()) {
     progress.update("reading the mesh", 0.0);
     const SurfaceMesh mesh = readMesh(a.mesh, a.scale);
-    warnOfOutliers(mesh, progress);
-    const auto field = sampleMesh(mesh, a.fusion.voxel_size, a.build, show);
+    bool warned = false;
+    const BuildProgress warn = [&](const std::string& step, double share) {
+      if (!warned) warnOfOutliers(mesh, progress);  // once it is clear that the mesh is not too large at all
+      warned = true;
+      return show(step, share);
+    };
+    const auto field = sampleMesh(mesh, a.fusion.voxel_size, a.build, warn);
     source.seconds = secondsSince(start);
     return compress(field, a.fusion, a.build, show);
   }

@@ -118,7 +118,8 @@ Json::Value differences(const ttsdf::BuildSource& source) {
 Json::Value report(const ttsdf::BuiltMap& built, const ttsdf::BuildSource& source) {
   Json::Value root = ttsdf::parseJson(ttsdf::toJson(built.report), "build report");
   root["frames_used"] = static_cast<Json::UInt64>(source.frames);
-  root["frames_skipped"] = static_cast<Json::UInt64>(source.skipped.size());
+  root["frames_skipped"] = Json::arrayValue;
+  for (const auto& name : source.skipped_names) root["frames_skipped"].append(name);
   root["skipped"] = Json::arrayValue;
   for (const auto& reason : source.skipped) root["skipped"].append(reason);
   root["seconds"]["read_and_fuse"] = source.seconds;

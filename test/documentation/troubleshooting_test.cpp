@@ -203,11 +203,8 @@ std::vector<Mistake> mistakes() {
                  return mesh(w, "a.ply", Workshop::box(), {"--voxelsize", "1"});
                },
                "voxelsize", 2});
-  m.push_back({"A negative voxel size", build,
-               [](W w) {
-                 return mesh(w, "a.ply", Workshop::box(), {"--margin", "-1"});
-               },
-               "margin", 2});
+  m.push_back({"A negative margin", build,
+               [](W w) { return mesh(w, "a.ply", Workshop::box(), {"--margin=-1"}); }, "margin", 2});
   m.push_back({"An output folder that is not there", build,
                [](W w) {
                  Words a = mesh(w, "a.ply", Workshop::box());
@@ -304,9 +301,7 @@ std::vector<Mistake> mistakes() {
                },
                "focal length"});
   m.push_back({"A negative focal length", build,
-               [](W w) {
-                 return frames(w, w / "frames", {"--intrinsics", "-57.6,57.6,31.5,23.5"});
-               },
+               [](W w) { return frames(w, w / "frames", {"--intrinsics=-57.6,57.6,31.5,23.5"}); },
                "sign of fx"});
   m.push_back({"Three numbers of intrinsics", build,
                [](W w) {
@@ -347,7 +342,8 @@ std::vector<Mistake> mistakes() {
                "--depth-scale 100"});
   m.push_back({"--every larger than the folder, with an offset", build,
                [](W w) {
-                 return frames(w, w / "frames", {"--every", "100", "--offset", "50"});
+                 return Words{"--frames", w / "frames", "--output", w / "out.ttsdf",
+                              "--every",  "100",        "--offset", "50"};
                },
                "no usable frame"});
   m.push_back({"--poses misspelt", build,

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <nav_msgs/OccupancyGrid.h>
 #include <ros/ros.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "ttsdf_localization/GetMap.h"
+#include "ttsdf_localization/QueryDistances.h"
 #include "ttsdf_localization/compression/map_writer.h"
 #include "ttsdf_localization/compression/tt_svd.h"
 
@@ -112,6 +114,38 @@ TEST_F(MapServer, OffersTheFileByTopicAndService) {
       ros::topic::waitForMessage<ttsdf_localization::TtSdfMap>("ttsdf_map", nh, ros::Duration(10.0));
   ASSERT_NE(latched, nullptr);
   EXPECT_EQ(latched->data, bytes);
+}
+
+TEST_F(MapServer, OffersAGridAndDistancesForPlanners) {
+  const Process server(command(map_file_), output_);
+  ASSERT_TRUE(ros::service::waitForService("query_distances", ros::Duration(20.0))) << output();
+  ttsdf_localization::QueryDistances query;
+  query.request.points.resize(3);
+  query.request.points[0].x = 0.7, query.request.points[0].y = query.request.points[0].z = 0.3;
+  query.request.points[1].x = 0.45, query.request.points[1].y = query.request.points[1].z = 0.4;
+  query.request.points[2].x = -5.0;
+  ASSERT_TRUE(ros::service::call("query_distances", query));
+  ASSERT_TRUE(query.response.success) << query.response.message;
+  EXPECT_EQ(query.response.frame_id, "hall");
+  EXPECT_NEAR(query.response.distances.at(0), 0.2, 1e-4);
+  EXPECT_NEAR(query.response.distances.at(1), -0.05, 1e-4);
+  EXPECT_NEAR(query.response.gradients.at(0).x, 1.0, 1e-3);
+  EXPECT_TRUE(query.response.valid.at(0) && query.response.valid.at(1));
+  EXPECT_FALSE(query.response.valid.at(2));
+
+  ros::NodeHandle nh;
+  const auto grid =
+      ros::topic::waitForMessage<nav_msgs::OccupancyGrid>("occupancy_grid", nh, ros::Duration(10.0));
+  ASSERT_NE(grid, nullptr);
+  EXPECT_EQ(grid->header.frame_id, "hall");
+  EXPECT_FLOAT_EQ(grid->info.resolution, 0.1F);
+  const auto cell = [&grid](double x, double y) {
+    const auto column = static_cast<std::size_t>((x - grid->info.origin.position.x) / 0.1);
+    const auto row = static_cast<std::size_t>((y - grid->info.origin.position.y) / 0.1);
+    return static_cast<int>(grid->data.at(row * grid->info.width + column));
+  };
+  EXPECT_EQ(cell(0.95, 0.45), 0);
+  EXPECT_EQ(cell(0.25, 0.45), 100);
 }
 
 TEST_F(MapServer, TakesTheFileFromAParameter) {

@@ -38,7 +38,7 @@ class MapRegistration : public pcl::Registration<PointSource, PointTarget, float
   void setInputTarget(const TtSdfMap& map) {
     std::shared_ptr<const DistanceField> field = makeField(map);
     Base::setInputTarget(surfaceCloud(*field));
-    registration_ = std::make_unique<Registration>(std::move(field), options_);
+    registration_ = std::make_unique<ttsdf::Registration>(std::move(field), options_);
   }
   /// Reads a map file. Throws as loadMap.
   void setInputTarget(const std::string& map_file) { setInputTarget(loadMap(map_file)); }
@@ -123,7 +123,7 @@ class MapRegistration : public pcl::Registration<PointSource, PointTarget, float
   }
 
   RegistrationOptions options_;
-  std::unique_ptr<Registration> registration_;
+  std::unique_ptr<ttsdf::Registration> registration_;
   RegistrationResult result_;
   bool search_ = false;
 };

@@ -25,8 +25,9 @@ struct BuildArguments {
 /// What was read.
 struct BuildSource {
   std::size_t frames = 0;
-  std::vector<std::string> skipped;
-  std::vector<int> indices;  ///< of the frames used
+  std::vector<std::string> skipped;        ///< frames left out: why, each with its file
+  std::vector<std::string> skipped_names;  ///< their files
+  std::vector<int> indices;                ///< of the frames used
   std::vector<FrameDifference> differences;
   FrameAgreement agreement;
   double seconds = 0.0, comparing = 0.0;

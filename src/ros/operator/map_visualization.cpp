@@ -85,6 +85,7 @@ SurfaceMesh clusterVertices(const SurfaceMesh& mesh, double cell) {
     ++sizes[static_cast<std::size_t>(found->second)];
   }
   SurfaceMesh joined;
+  joined.origin = mesh.origin;
   joined.vertices.resize(3, static_cast<Eigen::Index>(sums.size()));
   for (std::size_t c = 0; c < sums.size(); ++c) {
     joined.vertices.col(static_cast<Eigen::Index>(c)) = (sums[c] / sizes[c]).cast<float>();
@@ -126,6 +127,9 @@ visualization_msgs::Marker surfaceMarker(const SurfaceMesh& mesh, int max_triang
   marker.ns = "surface";
   marker.type = visualization_msgs::Marker::TRIANGLE_LIST;
   marker.pose.orientation.w = 1.0;
+  marker.pose.position.x = mesh.origin.x();  // the points are floats: places of a survey are kept here
+  marker.pose.position.y = mesh.origin.y();
+  marker.pose.position.z = mesh.origin.z();
   marker.scale.x = marker.scale.y = marker.scale.z = 1.0;
   marker.color.a = 1.0F;
   marker.action = mesh.empty() ? visualization_msgs::Marker::DELETE : visualization_msgs::Marker::ADD;
@@ -147,7 +151,8 @@ visualization_msgs::Marker surfaceMarker(const SurfaceMesh& mesh, int max_triang
 
 sensor_msgs::PointCloud2 sliceCloud(const DistanceField& field, double height, double spacing, double range,
                                     const std::string& frame_id, const ros::Time& stamp) {
-  const Eigen::Matrix3Xf points = planePoints(field.geometry(), height, spacing);
+  const Eigen::Matrix3Xf points =
+      planePoints(field.geometry(), height - field.geometry().origin.z(), spacing);
   const FieldSamples samples = field.evaluate(points);
   const auto inside = static_cast<std::size_t>(std::count_if(
       samples.states.begin(), samples.states.end(), [](PointState s) { return s != PointState::kOutside; }));
@@ -166,7 +171,8 @@ sensor_msgs::PointCloud2 sliceCloud(const DistanceField& field, double height, d
     const Rgb color = state == PointState::kValid
                           ? distanceColor(samples.values[n], static_cast<float>(range))
                           : Rgb{70, 70, 70};
-    for (int axis = 0; axis < 3; ++axis) xyz[axis] = points(axis, n);
+    for (int axis = 0; axis < 3; ++axis)
+      xyz[axis] = points(axis, n) + static_cast<float>(field.geometry().origin[axis]);
     bgr[0] = color.b;
     bgr[1] = color.g;
     bgr[2] = color.r;
