@@ -28,7 +28,8 @@ SECTIONS = (
       "simulated_camera_node", "demo_node")),
     ("Scripts", "In `scripts/`.",
      ("demo", "test", "setup", "build", "frames_from", "frames_to_bag", "frames_to_batch", "evaluate_trajectory",
-      "evaluate", "results", "consistency", "plot_map", "benchmark", "screenshot", "update_pages")),
+      "evaluate", "results", "reliability", "plot_map", "benchmark", "screenshot", "fuzz", "fresh", "platforms", "robot_root",
+      "update_pages")),
 )
 
 
