@@ -6,7 +6,7 @@ usage: scripts/evaluate [--quick] [--data FOLDER] [--scenes NAMES] [--frames FOL
   --data FOLDER    folder with the public sequences (default $TTSDF_TEST_DATA); scenes that are not there are left out
   --scenes NAMES   only these, with commas between
   --frames FOLDER  a folder of your own (7-Scenes layout) instead of the scenes
-  --quick          few scans and perturbations: shows that everything works, in under three minutes
+  --quick          few scenes, scans and perturbations: shows that everything works, in under three minutes
   --ours SETTINGS  key=value,... options of our registration, to try them out: restarts=0,kernel_scale_end=0.03
   --no-clouds      without the point cloud methods
   --failures       also lists every run of ours that failed, or is accepted and wrong
@@ -103,7 +103,8 @@ def parse(arguments):
 def chosen_scenes(arguments):
     if arguments.frames:
         return [scenes.own_scene(arguments.frames)], []
-    return scenes.available(arguments.data, [n for n in arguments.scenes.split(",") if n])
+    names = [name for name in arguments.scenes.split(",") if name]
+    return scenes.available(arguments.data, names or (scenes.QUICK if arguments.quick else ()))
 
 
 def parts_failed(name):

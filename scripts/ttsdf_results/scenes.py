@@ -85,6 +85,10 @@ SCENES = (
 )
 
 
+# What --quick takes: those whose frames are there at once, and a small simulated room.
+QUICK = ("redkitchen", "tum_fr1_rpy", "tabletop", "sun3d", "slambook", "icl_nuim", "open3d", "room")
+
+
 def linked_intrinsics(folder):
     """3DMatch keeps the intrinsics beside its sequences."""
     names = ("camera-intrinsics.txt", "intrinsics.K.txt")
