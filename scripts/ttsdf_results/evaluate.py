@@ -131,10 +131,13 @@ def plan_of(scene, a):
     return dataclasses.replace(plan, clouds=(), paper=(), dense=(), small_clouds=False, without_prior=()) if a.no_clouds else plan
 
 
-def command_line(arguments):
+def command_line(a):
     """As a reader would repeat it: without the folders of this machine."""
-    return " ".join(["scripts/evaluate", *("DATA" if "/" in word and not word.startswith("doc/") else word for word in arguments
-                                           if not word.startswith(("--store", "--jobs")))])
+    words = ["scripts/evaluate"] + ["--quick"] * a.quick + ["--no-clouds"] * a.no_clouds
+    for name, value in (("--scenes", a.scenes), ("--ours", a.ours)):
+        words += [name, value] if value else []
+    words += ["--frames", "FOLDER"] if a.frames else ["--data", "DATA"] if a.data else []
+    return " ".join(words + ["--page", "doc/results"])
 
 
 @parts_failed("evaluate")
@@ -159,7 +162,7 @@ def main(arguments):
         if a.failures:
             print("\n".join(failures(rows[name])), flush=True)
     if a.page:
-        run_facts = facts.of_run(command_line(arguments), ("build", "register", "paper"))
+        run_facts = facts.of_run(command_line(a), ("build", "register", "paper"))
         ordered = {scene.name: found[scene.name] for scene in chosen}
         print("\n".join(map(str, comparison_page.write(a.page, run_facts, ordered, rows))))
     return 0
