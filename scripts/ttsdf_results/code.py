@@ -12,10 +12,12 @@ MAP = (*COMMON, "field", "map")
 # Folders of src/ and include/, or files of them without their endings.
 PARTS = {
     "frames": (*COMMON, "frames"),
-    "simulate": (*COMMON, "simulation", "evaluation/synthetic_frames"),
-    "build": (*MAP, "frames", "fusion", "surface", "signed_field", "mesh", "build_steps", "compression", "mapping"),
+    "simulate": (*COMMON, "sensor", "simulation", "evaluation/synthetic_frames"),
+    # "agreement" registers frames against each other: a report that no map's surface depends on.
+    "build": (*MAP, "readers", "frames", "fusion", "surface", "signed_field", "mesh", "build_steps", "compression", "mapping",
+              "agreement"),
     "register": (*MAP, "registration", "evaluation/field_methods"),
-    "localize": (*MAP, "registration", "localization"),
+    "localize": (*MAP, "registration", "localization", "ros/common", "ros/node"),
     "paper": (*MAP, "evaluation/paper_method"),
     # methods of others do not depend on our code; tests pin how frames are read
     "sweep": tuple(f"evaluation/{name}" for name in ("cloud_methods", "open3d_methods", "scan_set", "perturbation", "sweep")),

@@ -16,7 +16,8 @@ METHODS = """
 | ours_search | ours from many starts around the prior; ours_global: no prior, gravity known to 0.1 rad |
 | TT-SDF | the paper's TT-SDF2PC: the distance transform of the voxels at the zero crossings of the fused distance, without a \
 sign, plain TT-SVD of rank 70 (what its memory table implies), 32-bit cores, nearest voxel, central differences, \
-Gauss-Newton without weights until two steps in a row are below 0.1 mm and 0.1 mrad, at most 50 iterations (it ends there: the pose goes round within a voxel) |
+Gauss-Newton without weights until two steps in a row are below 0.1 mm and 0.1 mrad, at most 50 iterations (it ends there: the pose goes round within a voxel). Success and errors are those of the decompressed \
+cores, which has the same values; time and memory those of cores and derivative cores, nothing decoded |
 | TT-SDF_signed, TT-SDF_negative | other readings of "isocontours from TSDF as occupancy grid": with the sign of the fused \
 distance; all voxels behind a surface as occupied |
 | TT-TSDF | the paper's truncated variant; where nothing was observed the truncation with the nearest observed sign |

@@ -6,7 +6,7 @@ usage: scripts/evaluate [--quick] [--data FOLDER] [--scenes NAMES] [--frames FOL
   --data FOLDER    folder with the public sequences (default $TTSDF_TEST_DATA); scenes that are not there are left out
   --scenes NAMES   only these, with commas between
   --frames FOLDER  a folder of your own (7-Scenes layout) instead of the scenes
-  --quick          few scans and perturbations: shows that everything works, in under three minutes
+  --quick          few scenes, scans and perturbations: shows that everything works, in under three minutes
   --ours SETTINGS  key=value,... options of our registration, to try them out: restarts=0,kernel_scale_end=0.03
   --no-clouds      without the point cloud methods
   --failures       also lists every run of ours that failed, or is accepted and wrong
@@ -103,7 +103,8 @@ def parse(arguments):
 def chosen_scenes(arguments):
     if arguments.frames:
         return [scenes.own_scene(arguments.frames)], []
-    return scenes.available(arguments.data, [n for n in arguments.scenes.split(",") if n])
+    names = [name for name in arguments.scenes.split(",") if name]
+    return scenes.available(arguments.data, names or (scenes.QUICK if arguments.quick else ()))
 
 
 def parts_failed(name):
@@ -130,10 +131,13 @@ def plan_of(scene, a):
     return dataclasses.replace(plan, clouds=(), paper=(), dense=(), small_clouds=False, without_prior=()) if a.no_clouds else plan
 
 
-def command_line(arguments):
+def command_line(a):
     """As a reader would repeat it: without the folders of this machine."""
-    return " ".join(["scripts/evaluate", *("DATA" if "/" in word and not word.startswith("doc/") else word for word in arguments
-                                           if not word.startswith(("--store", "--jobs")))])
+    words = ["scripts/evaluate"] + ["--quick"] * a.quick + ["--no-clouds"] * a.no_clouds
+    for name, value in (("--scenes", a.scenes), ("--ours", a.ours)):
+        words += [name, value] if value else []
+    words += ["--frames", "FOLDER"] if a.frames else ["--data", "DATA"] if a.data else []
+    return " ".join(words + ["--page", "doc/results"])
 
 
 @parts_failed("evaluate")
@@ -158,7 +162,7 @@ def main(arguments):
         if a.failures:
             print("\n".join(failures(rows[name])), flush=True)
     if a.page:
-        run_facts = facts.of_run(command_line(arguments), ("build", "register", "paper"))
+        run_facts = facts.of_run(command_line(a), ("build", "register", "paper"))
         ordered = {scene.name: found[scene.name] for scene in chosen}
         print("\n".join(map(str, comparison_page.write(a.page, run_facts, ordered, rows))))
     return 0

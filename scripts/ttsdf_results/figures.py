@@ -42,6 +42,13 @@ def scene_figures(store, steps):
         folder = store.path(step)
         rows[name] = read_log(folder / protocol.LOG)
         figures["parts"][name] = sweep_figures(rows[name], protocol.read_memory(folder / protocol.MEMORY))
+    if protocol.CORES in figures["parts"]:  # what this sweep is for: cost; it has too few runs to say more
+        rows.pop(protocol.CORES)
+        for method, timed in figures["parts"].pop(protocol.CORES).items():
+            row = figures["parts"]["paper"][method]
+            row.update({key: timed[key] for key in ("paper_bytes", "memory_bytes") if key in timed})
+            for cell in ("all", "reach", "from_0.1"):
+                row[cell]["milliseconds"] = timed["all"]["milliseconds"]
     figures["scans"] = len({row["scan"] for part in rows.values() for row in part})
     for name, step in steps.maps.items():
         report = protocol.read_report(store, step)

@@ -74,9 +74,19 @@ SCENES = (
     simulated("apartment_2", "the same, other noise, sparse map", "--sensor", "kinect", "--noise-seed", 2,
               mapped=(40, 0), scans=(40, 20)),
     simulated("apartment_realsense", "the same, RealSense noise", "--sensor", "realsense", "--noise-seed", 3),
+    # Poses as a mapping run would record them; scans are compared with the exact ones.
+    simulated("apartment_noise", "simulated flat, a map of sparse frames whose poses err by 1 cm", "--sensor", "kinect", "--pose-noise",
+              0.01, "--pose-angle-noise", 0.006, "--pose-noise-seed", 1, mapped=(30, 0), scans=(30, 15)),
+    simulated("apartment_drift", "the same, poses that wander by 2 cm", "--sensor", "kinect", "--noise-seed", 5, "--pose-noise",
+              0.02, "--pose-angle-noise", 0.012, "--pose-noise-correlation", 6, "--pose-noise-seed", 2, mapped=(10, 0),
+              scans=(10, 5)),
     simulated("building", "simulated building of two storeys", "--scene", "building", "--sensor", "kinect", frames=600,
               mapped=(4, 0), scans=(4, 2), map_options=("--voxel-size", "0.05", "--truncation", "0.15")),
 )
+
+
+# What --quick takes: those whose frames are there at once, and a small simulated room.
+QUICK = ("redkitchen", "tum_fr1_rpy", "tabletop", "sun3d", "slambook", "icl_nuim", "open3d", "room")
 
 
 def linked_intrinsics(folder):

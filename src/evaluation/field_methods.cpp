@@ -2,6 +2,7 @@
 
 #include "ttsdf_localization/evaluation/method.h"
 #include "ttsdf_localization/field/dense_distance_field.h"
+#include "ttsdf_localization/field/derivative_core_field.h"
 #include "ttsdf_localization/field/tt_distance_field.h"
 
 namespace ttsdf {
@@ -9,7 +10,8 @@ namespace ttsdf {
 namespace {
 
 Estimate toEstimate(const RegistrationResult& result) {
-  return {result.T_map_sensor, result.success, result.iterations, name(result.reason), result.covariance};
+  return {result.T_map_sensor, result.success,    result.iterations,
+          name(result.reason), result.covariance, result.confidence};
 }
 
 class PriorMethod final : public Method {
@@ -106,8 +108,14 @@ std::shared_ptr<const DistanceField> makeEvaluationField(const TtSdfMap& map, In
 
 std::size_t fieldPaperBytes(const DistanceField& field) {
   const auto* compressed = dynamic_cast<const TtDistanceField*>(&field);
-  return compressed ? tensorTrainPaperBytes(compressed->modeSizes(), compressed->rank1(), compressed->rank2())
-                    : densePaperBytes(field.geometry().dims);
+  if (compressed) {
+    return tensorTrainPaperBytes(compressed->modeSizes(), compressed->rank1(), compressed->rank2());
+  }
+  if (const auto* cores = dynamic_cast<const DerivativeCoreField*>(&field)) {
+    const TensorTrain& train = cores->train();
+    return tensorTrainPaperBytes(train.modeSizes(), train.rank1(), train.rank2());
+  }
+  return densePaperBytes(field.geometry().dims);
 }
 
 std::size_t densePaperBytes(const Dims& dims) {

@@ -4,6 +4,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "ttsdf_localization/field/derivative_core_field.h"
 #include "ttsdf_localization/map/map_io.h"
 
 namespace ttsdf {
@@ -63,6 +64,7 @@ std::unique_ptr<Method> MethodFactory::makeFieldMethod(const MethodSpec& spec) {
   Interpolation interpolation = Interpolation::kTrilinear;
   if (spec.kind == "paper") interpolation = Interpolation::kNearest;
   bool dense = false;
+  bool cores = false;
   PaperMethodOptions paper;
   auto registration = defaults_.registration;
   auto search = defaults_.search;
@@ -74,6 +76,8 @@ std::unique_ptr<Method> MethodFactory::makeFieldMethod(const MethodSpec& spec) {
       interpolation = interpolationFromName(value);
     } else if (key == "dense") {
       dense = parseBool(key, value);
+    } else if (spec.kind == "paper" && key == "cores") {
+      cores = parseBool(key, value);
     } else if (spec.kind == "paper") {
       paperMethodOptionTable().setFromText(paper, key, value);
     } else if (spec.kind == "search" && searchOptionTable().has(key)) {
@@ -86,7 +90,13 @@ std::unique_ptr<Method> MethodFactory::makeFieldMethod(const MethodSpec& spec) {
   }
   if (map.empty())
     throw std::invalid_argument("method '" + spec.label + "': got no map, wanted --map or map=FILE");
-  const auto field = makeEvaluationField(loadMap(map), interpolation, dense);
+  const TtSdfMap loaded = loadMap(map);
+  if (cores) {
+    return makePaperMethod(
+        std::make_shared<DerivativeCoreField>(loaded.train, relativeToOrigin(loaded.geometry), loaded.mask),
+        paper);
+  }
+  const auto field = makeEvaluationField(loaded, interpolation, dense);
   if (spec.kind == "paper") return makePaperMethod(field, paper);
   if (spec.kind == "search") return makeSearchMethod(field, registration, search);
   if (spec.kind == "global") return makeGlobalMethod(field, registration, global, defaults_.map_down);

@@ -43,7 +43,8 @@ class PaperMethod final : public Method {
 
   Estimate estimate(const ScanPoints& points, const Eigen::Isometry3d& T_map_prior,
                     const std::optional<Eigen::Vector3d>&) override {
-    Estimate result{T_map_prior, false, 0, "max_iterations"};
+    const GridGeometry& geometry = field_->geometry();  // the field's points are relative to its origin
+    Estimate result{relativeTo(geometry, T_map_prior), false, 0, "max_iterations"};
     int small_steps = 0;  // "two consecutive steps"
     while (result.iterations < options_.max_iterations && small_steps < 2) {
       const auto system = linearized(*field_, (result.T_map_sensor.cast<float>() * points).eval());
@@ -56,6 +57,7 @@ class PaperMethod final : public Method {
     }
     if (small_steps == 2) result.reason = "converged";
     result.accepted = true;  // the paper has no test of the outcome
+    result.T_map_sensor = inMapFrame(geometry, result.T_map_sensor);
     return result;
   }
   std::size_t paperBytes() const override { return fieldPaperBytes(*field_); }

@@ -7,7 +7,6 @@ import pathlib
 import sys
 import tempfile
 import unittest
-from unittest import mock
 
 import numpy as np
 

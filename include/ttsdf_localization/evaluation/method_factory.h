@@ -20,6 +20,7 @@ struct MethodSpec {
   std::string kind;   ///< prior | track | search | global | paper | icp | icp_plane | gicp | ndt | open3d_icp
                       ///< | open3d_icp_plane | fgr | ransac
   /// For the field methods: map=FILE, interpolation=nearest|trilinear, dense=true (the decompressed field),
+  /// for kind paper cores=true (nothing decoded, cores of the derivatives as in the paper),
   /// and every option of registration, search and global localization. For the cloud methods: their options.
   std::vector<std::pair<std::string, std::string>> settings;
 };

@@ -1,7 +1,6 @@
-#!/usr/bin/python3
 """Fits the confidence of a registration: the weights in src/registration/verification.cpp.
 
-usage: scripts/fit_confidence SCENE=LOG.csv[,LOG.csv...]... [--right METRES]
+usage: scripts/results fit_confidence SCENE=LOG.csv[,LOG.csv...]... [--right METRES]
 
 A log is what ttsdf_register wrote for a batch with truth: near priors, far priors, priors of other places, so that it
 holds right and wrong poses. Prints the weights of a logistic regression over all scenes, and for every scene what the
@@ -53,11 +52,11 @@ def balanced(parts):
     return per_scene * np.where(y > 0, 0.5 / share, 0.5 / (1.0 - share))
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def main(arguments):
+    parser = argparse.ArgumentParser(prog="results fit_confidence", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="+", metavar="SCENE=LOG.csv,...")
     parser.add_argument("--right", type=float, default=0.05, help="a pose nearer to the truth is right [m] (default 0.05)")
-    a = parser.parse_args()
+    a = parser.parse_args(arguments)
     scenes = {name: read(paths, a.right) for name, paths in (s.split("=", 1) for s in a.scenes)}
 
     def weights(parts):
@@ -77,7 +76,4 @@ def main():
         inside = (p >= low) & (p < high)
         if inside.any():
             print(f"{low:.2f} to {min(high, 1.0):.2f}: {int(inside.sum())}, {100 * y[inside].mean():.0f} %")
-
-
-if __name__ == "__main__":
-    main()
+    return 0
