@@ -7,8 +7,10 @@ ttsdf_find_library(TTSDF_OPENVDB_LIBRARY openvdb)
 find_library(TTSDF_HALF_LIBRARY Half)  # of OpenEXR 2, which OpenVDB 7 takes its half floats from
 mark_as_advanced(TTSDF_HALF_LIBRARY)
 add_library(OpenVDB::openvdb UNKNOWN IMPORTED)
+find_library(TTSDF_IMATH_LIBRARY NAMES Imath Imath-3_1)  # of OpenEXR 3
+mark_as_advanced(TTSDF_IMATH_LIBRARY)
 set_target_properties(OpenVDB::openvdb PROPERTIES IMPORTED_LOCATION "${TTSDF_OPENVDB_LIBRARY}"
-  INTERFACE_LINK_LIBRARIES "${TTSDF_TBB_LIBRARY};$<$<BOOL:${TTSDF_HALF_LIBRARY}>:${TTSDF_HALF_LIBRARY}>")
+  INTERFACE_LINK_LIBRARIES "${TTSDF_TBB_LIBRARY};$<$<BOOL:${TTSDF_HALF_LIBRARY}>:${TTSDF_HALF_LIBRARY}>;$<$<BOOL:${TTSDF_IMATH_LIBRARY}>:${TTSDF_IMATH_LIBRARY}>")
 ttsdf_find_library(VIGRAIMPEX_LIBRARY vigraimpex)
 find_path(VIGRA_INCLUDE_DIR vigra/impex.hxx)
 

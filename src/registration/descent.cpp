@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <future>
 #include <system_error>
-#include <thread>
 
 #include "result.h"
 
@@ -75,14 +75,20 @@ std::vector<Candidate> descendAll(const DistanceField& field, const ScanBuffer& 
       if (asks && keep_going && !keep_going(begin)) stop = true;
     }
   };
-  std::vector<std::thread> helpers;
+  // A future waits for its thread when it goes away, so that an exception of the callback passes through here.
+  std::vector<std::future<void>> helpers;
   try {
-    for (int t = 1; t < options.threads; ++t) helpers.emplace_back(work, false);
+    for (int t = 1; t < options.threads; ++t) helpers.push_back(std::async(std::launch::async, work, false));
   } catch (const std::system_error&) {
     // The system gives no more threads: those there are do the work.
   }
-  work(true);
-  for (auto& helper : helpers) helper.join();
+  try {
+    work(true);
+  } catch (...) {
+    stop = true;
+    throw;
+  }
+  for (auto& helper : helpers) helper.get();
   return results;
 }
 

@@ -23,7 +23,6 @@ const OptionTable<GlobalOptions>& globalOptionTable() {
                "The best other place must score worse by this much")
           .add("max_score", &O::max_score, 0.0, 1.0, "",
                "A worse best score is refused; seeing through walls counts")
-          .add("max_seconds", &O::max_seconds, 0.01, 3600.0, "s", "Time limit")
           .add("threads", &O::threads, 1, 64, "", "Threads")
           .add("seed", &O::seed, 0, 2147483647, "", "Seed of the starts");
   return table;
@@ -78,13 +77,13 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
   if (gravity) hint = GravityHint{gravity->normalized(), map_down.normalized(), options.tilt_sigma};
   const DistanceField& coarse =
       registration.longRangeField() ? *registration.longRangeField() : registration.field();
-  const auto starts = startsOverMap(coarse, hint, 0.1,
+  const auto starts = startsOverMap(registration.field(), coarse, hint, 0.1,
                                     gravity ? options.starts : options.starts_without_gravity, options.seed);
 
   bool cancelled = false;
   const auto keepGoing = [&](double share) {
     if (!cancelled && progress && !progress(share)) cancelled = true;
-    return !cancelled && secondsSince(begin) < options.max_seconds;
+    return !cancelled;
   };
   DescentOptions wide;
   wide.scales = {0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.3, 0.15, 0.15};

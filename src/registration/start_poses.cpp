@@ -77,7 +77,7 @@ std::vector<Eigen::Isometry3d> startsAround(const Eigen::Isometry3d& T_map_senso
   return starts;
 }
 
-std::vector<Eigen::Isometry3d> startsOverMap(const DistanceField& field,
+std::vector<Eigen::Isometry3d> startsOverMap(const DistanceField& field, const DistanceField& far,
                                              const std::optional<GravityHint>& gravity, double clearance,
                                              int count, int seed) {
   const Halton halton(seed);
@@ -85,17 +85,28 @@ std::vector<Eigen::Isometry3d> startsOverMap(const DistanceField& field,
   const Eigen::Vector3d extent = (geometry.dims - 1).cast<double>();
   std::vector<Eigen::Isometry3d> starts;
   constexpr int kBatch = 4096;
+  constexpr double kLeastObserved = 0.02;  // of the box: less, and the map does not tell what it has seen
+  bool observed_only = true;
   for (int begin = 0; begin < 64 * count && static_cast<int>(starts.size()) < count; begin += kBatch) {
     Eigen::Matrix3Xf positions(3, kBatch);
     for (int n = 0; n < kBatch; ++n) {
       const Eigen::Vector3d unit(halton(begin + n, 0), halton(begin + n, 1), halton(begin + n, 2));
       positions.col(n) = geometry.samplePosition(unit.cwiseProduct(extent)).cast<float>();
     }
-    const FieldSamples samples = field.evaluate(positions);
+    const FieldSamples samples = field.evaluate(positions), distances = far.evaluate(positions);
+    const auto clear = [&](int n, bool observed) {
+      const PointState state = samples.states[static_cast<std::size_t>(n)];
+      return (observed ? state == PointState::kValid : state != PointState::kOutside) &&
+             distances.states[static_cast<std::size_t>(n)] != PointState::kOutside &&
+             distances.values[n] >= clearance;
+    };
+    if (begin == 0) {
+      int observed = 0;
+      for (int n = 0; n < kBatch; ++n) observed += clear(n, true) ? 1 : 0;
+      observed_only = observed >= kLeastObserved * kBatch;
+    }
     for (int n = 0; n < kBatch && static_cast<int>(starts.size()) < count; ++n) {
-      if (samples.states[static_cast<std::size_t>(n)] == PointState::kOutside ||
-          samples.values[n] < clearance)
-        continue;
+      if (!clear(n, observed_only)) continue;
       const double a = halton(begin + n, 3), b = halton(begin + n, 4), c = halton(begin + n, 5);
       Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
       T.translation() = positions.col(n).cast<double>();

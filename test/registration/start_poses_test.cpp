@@ -68,7 +68,7 @@ class StartsOverMapTest : public testing::Test {
 };
 
 TEST_F(StartsOverMapTest, FillTheFreeSpaceEvenly) {
-  const auto starts = startsOverMap(*field_, std::nullopt, 0.1, 4000, 1);
+  const auto starts = startsOverMap(*field_, *field_, std::nullopt, 0.1, 4000, 1);
   ASSERT_EQ(starts.size(), 4000u);
   std::vector<int> eighths(8, 0);
   for (const auto& T : starts) {
@@ -94,7 +94,7 @@ TEST_F(StartsOverMapTest, FillTheFreeSpaceEvenly) {
 
 TEST_F(StartsOverMapTest, PointEverywhereWithoutAHint) {
   Eigen::Matrix3d mean = Eigen::Matrix3d::Zero();
-  for (const auto& T : startsOverMap(*field_, std::nullopt, 0.1, 4000, 1)) {
+  for (const auto& T : startsOverMap(*field_, *field_, std::nullopt, 0.1, 4000, 1)) {
     EXPECT_NEAR(T.linear().determinant(), 1.0, 1e-9);
     mean += T.linear() / 4000.0;
   }
@@ -104,7 +104,7 @@ TEST_F(StartsOverMapTest, PointEverywhereWithoutAHint) {
 TEST_F(StartsOverMapTest, HangStraightWithAHint) {
   const GravityHint hint{Eigen::Vector3d(0.0, 1.0, 0.2).normalized(), -Eigen::Vector3d::UnitZ(), 0.1};
   std::vector<int> yaw(12, 0);
-  for (const auto& T : startsOverMap(*field_, hint, 0.1, 1200, 1)) {
+  for (const auto& T : startsOverMap(*field_, *field_, hint, 0.1, 1200, 1)) {
     const double tilt = std::acos(std::clamp((T.linear() * hint.down_sensor).dot(hint.down_map), -1.0, 1.0));
     EXPECT_LT(tilt, 0.4);
     const Eigen::Vector3d ahead = T.linear() * hint.down_sensor.unitOrthogonal();
@@ -116,7 +116,7 @@ TEST_F(StartsOverMapTest, HangStraightWithAHint) {
 
 TEST(StartsOverMap, AreNoneWhereNothingIsFree) {
   const auto solid = test::denseField([](const Eigen::Vector3d&) { return -1.0; }, test::roomGeometry(0.2));
-  EXPECT_TRUE(startsOverMap(*solid, std::nullopt, 0.1, 100, 1).empty());
+  EXPECT_TRUE(startsOverMap(*solid, *solid, std::nullopt, 0.1, 100, 1).empty());
 }
 
 }  // namespace

@@ -80,9 +80,9 @@ class Traps(unittest.TestCase):
             return points
         self.robot.change_points = only_the_wall
         self.robot.velocity = 0.2
-        status = r.wait_for_status(lambda s: s.weak_directions > 0)
+        status = r.wait_for_status(lambda s: s.degenerate_directions > 0)
         self.assertIsNotNone(status, r.history())
-        self.assertEqual(status.weak_directions, 3)
+        self.assertEqual(status.degenerate_directions, 3)
         self.assertIn('little information', status.message)
         self.assertTrue(r.wait_for_new(r.poses, 20), r.history())
         pose = r.poses[-1]

@@ -19,14 +19,13 @@ struct SearchOptions {
 const OptionTable<SearchOptions>& searchOptionTable();
 
 struct GlobalOptions {
-  int starts = 8000;  ///< with gravity known
-  int starts_without_gravity = 60000;
+  int starts = 2000;  ///< with gravity known
+  int starts_without_gravity = 14000;
   int coarse_points = 300;
-  int refined = 40;
+  int refined = 12;
   double tilt_sigma = 0.1;   ///< trust in the gravity hint [rad]
   double min_margin = 0.02;  ///< score + blocked_ratio of the runner-up must be worse by this much
   double max_score = 0.35;   ///< a worse best score + blocked_ratio is refused
-  double max_seconds = 20.0;
   int threads = 2;
   int seed = 1;
 };

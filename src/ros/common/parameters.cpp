@@ -172,7 +172,7 @@ void ParameterSet::visit(const XmlRpc::XmlRpcValue& tree, const std::string& pre
 void ParameterSet::refuseOrLeave(const std::string& key, const std::string& nearest_key) {
   // Other nodes keep their parameters below our name, too (localization/ekf/frequency, num_worker_threads);
   // what looks like a slip of the pen is ours.
-  if (editDistance(key, nearest_key) <= std::max<std::size_t>(2, key.size() / 4))
+  if (editDistance(key, nearest_key) <= std::max<std::size_t>(3, key.size() / 3))
     throw std::invalid_argument("option '" + key + "' is unknown; did you mean '" + nearest_key + "'?");
   ROS_WARN_STREAM("parameter '" << key << "' is none of this node's and is left alone");
 }

@@ -49,7 +49,8 @@ void LocalizationDiagnostics::localization(Wrapper& out) const {
   out.add("share in unknown space", status.unknown_ratio);
   out.add("share behind surfaces", status.behind_ratio);
   out.add("score (0 is perfect)", status.score);
-  out.add("directions without information", static_cast<int>(status.weak_directions));
+  out.add("confidence", status.confidence);
+  out.add("degenerate directions", static_cast<int>(status.degenerate_directions));
   out.add("registration [ms]", status.milliseconds);
   out.add("jump from the prior [m]", status.jump_translation);
   out.add("jump from the prior [rad]", status.jump_rotation);

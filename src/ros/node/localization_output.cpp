@@ -107,11 +107,13 @@ Status toStatus(const LocalizationUpdate& update) {
   status.message = update.message;
   status.pose_valid = update.pose_valid;
   if (!update.registered) return status;
+  status.confidence = r.confidence;
   status.rms_residual = r.rms_residual;
   status.inlier_ratio = r.inlier_ratio;
   status.outside_ratio = r.outside_ratio;
   status.unknown_ratio = r.unknown_ratio;
   status.behind_ratio = r.behind_ratio;
+  status.unmapped_ratio = r.unmappedRatio();
   status.score = r.score;
   status.points = static_cast<std::uint32_t>(r.points);
   status.iterations = static_cast<std::uint32_t>(r.iterations);
@@ -121,7 +123,7 @@ Status toStatus(const LocalizationUpdate& update) {
   for (Eigen::Index n = 0; n < 6; ++n) {
     status.hessian_eigenvalues[static_cast<std::size_t>(n)] = r.hessian_eigenvalues[n];
   }
-  status.weak_directions = static_cast<std::uint8_t>(r.degenerate_directions);
+  status.degenerate_directions = static_cast<std::uint8_t>(r.degenerate_directions);
   return status;
 }
 

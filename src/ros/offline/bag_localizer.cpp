@@ -12,17 +12,11 @@
 namespace ttsdf {
 
 namespace {
-constexpr double kNoTimeLimit = 3600.0;  // [s] the most the options allow
 constexpr double kLongestStep = 1.0;  // [s] between two messages: a longer gap of the bag is no silent camera
-
-LocalizationRosOptions withoutTimeLimit(LocalizationRosOptions options) {
-  options.localizer.global.max_seconds = kNoTimeLimit;
-  return options;
-}
 }  // namespace
 
 BagLocalizer::BagLocalizer(const LocalizationRosOptions& options, PreparedMap map, Report report)
-    : options_(withoutTimeLimit(options)), report_(std::move(report)), localizer_(options_) {
+    : options_(options), report_(std::move(report)), localizer_(options_) {
   localizer_.localizer().setMap(std::move(map));
   if (options_.start.set_initial_pose) localizer_.usePose(startPose(options_.start));
   if (options_.start.pose_file.empty()) return;

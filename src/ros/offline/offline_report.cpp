@@ -55,7 +55,7 @@ OfflineReport::OfflineReport(const Paths& paths, bool with_times)
   covariances_.stream() << '\n';
   statuses_.stream()
       << "stamp,state,reason,pose_valid,points,iterations,rms_residual,inlier_ratio,outside_ratio,"
-         "unknown_ratio,behind_ratio,score,jump_translation,jump_rotation,weak_directions,tx,ty,tz,qx,qy,qz,"
+         "unknown_ratio,behind_ratio,score,jump_translation,jump_rotation,degenerate_directions,tx,ty,tz,qx,qy,qz,"
          "qw,"
       << (with_times_ ? "ms," : "") << "message\n";
 }
@@ -99,7 +99,7 @@ void OfflineReport::writeStatus(const std_msgs::Header& header, const Status& st
                          status.behind_ratio, status.score, status.jump_translation, status.jump_rotation}) {
     out << x << ',';
   }
-  out << static_cast<int>(status.weak_directions) << ',';
+  out << static_cast<int>(status.degenerate_directions) << ',';
   if (status.pose_valid) {
     writePose(out, update.T_map_base, ',');
   } else {
