@@ -118,13 +118,15 @@ class Search {
       if (fits && distance > -kCloseEnough) return trial;
       step *= std::exp(std::clamp(0.8 * (distance + 0.4 * kCloseEnough), -1.0, 1.0));
     }
-    if (!trial.bytes.empty()) return trial;
+    if (!trial.bytes.empty() && excess(trial.bytes) > -2.0 * kCloseEnough) return trial;
+    // Steps that leap over the target: the quantiser alone finds one that does not.
     EncodeOptions encode;
     encode.encoding = Encoding::kQuantized;
     encode.target_bytes = options_.target_bytes;
     TtSdfMap map = map_;
     map.train = trial.train;
-    trial.bytes = serialize(map, encode);
+    std::vector<std::uint8_t> plain = serialize(map, encode);
+    if (plain.size() > trial.bytes.size()) trial.bytes = std::move(plain);
     return trial;
   }
 

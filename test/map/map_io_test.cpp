@@ -215,14 +215,14 @@ TEST(MapIo, ReadingIsBoundedByTheLimits) {
 }
 
 TEST(MapIo, FewBytesCannotAskForLargeCores) {
-  // A field of one value has all its numbers in a few bytes; the ranks of the header claim sixteen million.
-  TtSdfMap map = roomMap(Dims(2000, 300, 2000), 1);
+  // A field of one value has all its numbers in a few bytes; the ranks of the header claim a million.
+  TtSdfMap map = roomMap(Dims(300, 100, 300), 1);
   map.mask = {};
   map.metadata.clear();
   test::RawFile file = test::takeApart(serialize(map, encodeAs(Encoding::kQuantized, 0.1)));
   auto& core = file.section("CORE").payload;
-  test::setNumber(core, 4, std::uint32_t{200});
-  test::setNumber(core, 8, std::uint32_t{200});
+  test::setNumber(core, 4, std::uint32_t{100});
+  test::setNumber(core, 8, std::uint32_t{100});
   EXPECT_NE(refusal(test::putTogether(file), {}).find("numbers of the cores"), std::string::npos);
 }
 
