@@ -45,7 +45,7 @@ endif()
 # Pages of the whole package.
 if(TTSDF_BUILD_ROS AND TTSDF_BUILD_SIMULATION AND TTSDF_BUILD_EVALUATION)
   ttsdf_unit_test(documentation/parameters_page_test.cpp
-    LIBS ttsdf_map_builder ttsdf_simulation_ros ttsdf_demo ttsdf_operator ttsdf_map_surface ttsdf_evaluation)
+    LIBS ttsdf_map_builder ttsdf_simulation_ros ttsdf_demo ttsdf_operator ttsdf_map_surface ttsdf_evaluation ttsdf_comparison)
   if(TARGET documentation_parameters_page_test)
     target_compile_definitions(documentation_parameters_page_test PRIVATE
       TTSDF_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")

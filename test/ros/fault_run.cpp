@@ -187,7 +187,7 @@ class Run {
         "scans %d, poses %d, poses off by more than %.2f m: %d (worst %.3f m), transforms sent in a state "
         "without: %d, "
         "faults said too late or not: %d, memory %+ld kB\n",
-        sent_, poses_, kGoodPose, bad_poses_, worst_, bad_transforms_.load(), unsaid_,
+        sent_.load(), poses_, kGoodPose, bad_poses_, worst_, bad_transforms_.load(), unsaid_,
         memory() - memory_before);
     return bad_poses_ + bad_transforms_.load() + unsaid_ == 0 ? 0 : 1;
   }
@@ -303,7 +303,7 @@ class Run {
     if (said_) row.slowest = std::max(row.slowest, said_after_);
     if (mustBeSaid(fault_) && !said_) {
       ++unsaid_;
-      std::printf("not said: %s, scan %d\n", kNames[static_cast<int>(fault_.load())], sent_);
+      std::printf("not said: %s, scan %d\n", kNames[static_cast<int>(fault_.load())], sent_.load());
     }
     fault_ = Fault::kNone;
     quiet_until_ = now_ + 3.0;
@@ -410,7 +410,7 @@ class Run {
     worst_ = std::max(worst_, error);
     if (error <= kGoodPose) return;
     ++bad_poses_;
-    std::printf("pose off by %.3f m at scan %d during: %s\n", error, sent_, kNames[static_cast<int>(fault_.load())]);
+    std::printf("pose off by %.3f m at scan %d during: %s\n", error, sent_.load(), kNames[static_cast<int>(fault_.load())]);
   }
 
   void onStatus(const ttsdf_localization::LocalizationStatusConstPtr& status) {
@@ -441,7 +441,7 @@ class Run {
       // What was on its way when the state changed does not count.
       if (!sends_ && Wall::now() - silent_since_ > std::chrono::milliseconds(300)) {
         ++bad_transforms_;
-        std::printf("a transform in a state without, scan %d during: %s\n", sent_,
+        std::printf("a transform in a state without, scan %d during: %s\n", sent_.load(),
                     kNames[static_cast<int>(fault_.load())]);
       }
     }
