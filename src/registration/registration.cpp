@@ -490,17 +490,6 @@ class Registration::Impl {
 
 namespace {
 
-/// Whether all finite points lie within `size` of one another: many, and no shape.
-bool isOnePlace(const ScanPoints& points, double size) {
-  Eigen::AlignedBox3f box;
-  for (Eigen::Index n = 0; n < points.cols(); ++n) {
-    if (!points.col(n).allFinite()) continue;
-    box.extend(points.col(n));
-    if (static_cast<double>(box.sizes().maxCoeff()) >= size) return false;
-  }
-  return !box.isEmpty();
-}
-
 /// Everything inside works relative to the field's origin.
 RegistrationResult inMapFrame(const GridGeometry& geometry, RegistrationResult result) {
   result.T_map_sensor = inMapFrame(geometry, result.T_map_sensor);
@@ -519,11 +508,6 @@ Registration& Registration::operator=(Registration&&) noexcept = default;
 RegistrationResult Registration::align(const ScanPoints& points, const Eigen::Isometry3d& T_map_sensor_prior,
                                        const std::optional<Matrix6d>& covariance) {
   const GridGeometry& geometry = impl_->field().geometry();
-  if (isOnePlace(points, geometry.voxel_size)) {
-    RegistrationResult result;  // too few points: however often one is told, it is one
-    result.T_map_sensor = T_map_sensor_prior;
-    return result;
-  }
   return inMapFrame(geometry, impl_->align(points, relativeTo(geometry, T_map_sensor_prior), covariance));
 }
 RegistrationResult Registration::alignFrom(const ScanPoints& points,
