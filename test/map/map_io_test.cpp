@@ -216,7 +216,7 @@ TEST(MapIo, ReadingIsBoundedByTheLimits) {
 
 TEST(MapIo, FewBytesCannotAskForLargeCores) {
   // A field of one value has all its numbers in a few bytes; the ranks of the header claim a million.
-  TtSdfMap map = roomMap(Dims(300, 100, 300), 1);
+  TtSdfMap map = roomMap(Dims(120, 60, 120), 1);
   map.mask = {};
   map.metadata.clear();
   test::RawFile file = test::takeApart(serialize(map, encodeAs(Encoding::kQuantized, 0.1)));
