@@ -29,7 +29,7 @@ else()
   if(TTSDF_BUILD_ROS)
     set_target_properties(ttsdf_python PROPERTIES
       LIBRARY_OUTPUT_DIRECTORY "${CATKIN_DEVEL_PREFIX}/${CATKIN_GLOBAL_PYTHON_DESTINATION}")
-    install(TARGETS ttsdf_python LIBRARY DESTINATION ${CATKIN_GLOBAL_PYTHON_DESTINATION})
+    install(TARGETS ttsdf_python LIBRARY DESTINATION ${CATKIN_GLOBAL_PYTHON_DESTINATION} COMPONENT tools)  # where catkin's messages go, too
   else()
     install(TARGETS ttsdf_python LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/python3/dist-packages)
   endif()

@@ -13,7 +13,8 @@ constexpr ttsdf::NodeHelp kHelp{
 subscribes  cloud, initialpose, /tf, /tf_static; by parameter ttsdf_map, imu
 publishes   pose, odometry, status, aligned_cloud, path, /tf, /diagnostics,
             ~parameter_descriptions, ~parameter_updates
-services    ~load_map, ~get_map, ~set_map, ~relocalize, ~global_localization, ~pause, ~reset, ~set_parameters
+services    ~load_map, ~get_map, ~set_map, ~relocalize, ~global_localization, ~request_nomotion_update, ~pause, ~reset,
+            ~set_parameters
 )",
     "localization.launch map_file:=/path/room.ttsdf"};
 }  // namespace
