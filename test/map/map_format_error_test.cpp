@@ -170,7 +170,8 @@ TEST(MapFormatError, MissingAndDoubledSections) {
 TEST(MapFormatError, HeaderFieldsWithHugeSizes) {
   const Bytes bytes = roomBytes();
   const MemoryLimit limit(std::size_t{256} << 20);
-  for (const std::uint32_t count : {0u, 1u, 6u, 64u, 65u, 0x7FFFFFFFu, 0xFFFFFFFFu}) {
+  for (const std::uint32_t count :
+       {0u, 1u, getNumber<std::uint32_t>(bytes, 12) + 1u, 64u, 65u, 0x7FFFFFFFu, 0xFFFFFFFFu}) {
     Bytes changed = bytes;
     setNumber(changed, 12, count);
     expectRefused(changed, "sections " + std::to_string(count));
@@ -238,7 +239,7 @@ TEST(MapFormatError, MaskFields) {
 
 TEST(MapFormatError, CoreFields) {
   for (const Encoding encoding : kEncodings) {
-    expectRefusedWith<std::uint8_t>("encoding", "CORE", 0, 3, encoding);
+    expectRefusedWith<std::uint8_t>("encoding", "CORE", 0, 4, encoding);
     for (const std::size_t axis : {1u, 2u, 3u}) {
       for (const std::uint8_t value : {std::uint8_t{3}, std::uint8_t{255}})
         expectRefusedWith("axis", "CORE", axis, value, encoding);
