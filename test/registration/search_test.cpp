@@ -98,7 +98,7 @@ TEST(SearchNear, FindsTheScanFromFarAway) {
 TEST(SearchNear, SpreadsItsStartsByTheCovariance) {
   Registration registration(roomField());
   const Eigen::Isometry3d truth = roomPose(4);
-  const Eigen::Matrix3Xf points = castRays(furnishedRoom, truth, test::cameraDirections(50, 30));
+  const Eigen::Matrix3Xf points = castRays(furnishedRoom, truth, test::directions(1500));
   Eigen::Isometry3d prior = truth;
   prior.linear() = expSo3(Eigen::Vector3d(0.0, 0.0, 2.0)) * truth.linear();  // yaw is all but unknown
   Matrix6d covariance = Matrix6d::Identity() * 1e-4;
@@ -106,6 +106,18 @@ TEST(SearchNear, SpreadsItsStartsByTheCovariance) {
   const RegistrationResult result = searchNear(registration, points, prior, {}, covariance);
   EXPECT_TRUE(result.success);
   EXPECT_LT(poseError(truth, result.T_map_sensor).translation, 0.02);
+  EXPECT_LT(poseError(truth, result.T_map_sensor).rotation, 0.02);
+}
+
+// Along a wall yaw and place are nobody's guess: what a search finds there is no success.
+TEST(SearchNear, RefusesAViewThatFixesNoPose) {
+  Registration registration(roomField());
+  const Eigen::Isometry3d truth = roomPose(4);  // sees one wall
+  const Eigen::Matrix3Xf points = castRays(furnishedRoom, truth, test::cameraDirections(50, 30));
+  const RegistrationResult result = searchNear(registration, points, perturbed(truth, 0.3, 0.1, 1), {});
+  EXPECT_FALSE(result.success);
+  EXPECT_EQ(result.reason, TerminationReason::kDegenerate);
+  EXPECT_GE(result.degenerate_directions, 3);
 }
 
 TEST(SearchNear, RepeatsItselfAndRefusesWhatAlignRefuses) {

@@ -71,7 +71,7 @@ class Faults(RobotTestCase):
         self.robot.cloud_every = 20  # a cloud per second
         self.robot.odometry_delay = 0.08
         self.robot.velocity = 0.1
-        time.sleep(1.5)
+        self.assertTrue(r.wait_for_new(r.poses, 4, 20.0), r.history())  # until the new rate is the usual one
         begin, statuses, transforms = len(r.poses), len(r.statuses), len(r.transforms)
         self.assertTrue(r.wait_for_new(r.poses, 5, 20.0), r.history())
         self.assertFalse([s.message for s in r.statuses[statuses:] if 'odometry' in s.message])
