@@ -40,6 +40,12 @@ void checkPose(const Eigen::Isometry3d& pose) {
     throw std::invalid_argument("pose of a scan: got a rotation block that is off by " + toString(error) +
                                 " or mirrored, wanted a rotation");
   }
+  constexpr double kFarthest = 1e8;  // [m]: no place on Earth has larger coordinates
+  const double distance = pose.translation().cwiseAbs().maxCoeff();
+  if (distance > kFarthest) {
+    throw std::invalid_argument("pose of a scan: got a position " + toString(distance) +
+                                " m from zero, wanted up to " + toString(kFarthest) + " m");
+  }
 }
 
 /// TBB prints a warning when asked for more threads than it has.

@@ -190,6 +190,7 @@ void putGrid(const openvdb::GridBase::Ptr& base, Sender& out) {
   const auto grid = openvdb::gridPtrCast<Grid>(base);
   if (!grid) throw std::runtime_error("got a grid of another type than its metadata say");
   putTransform(*grid, out);
+  out.put(static_cast<std::int32_t>(grid->getGridClass()));
   putTree(grid->tree(), out);
 }
 
@@ -255,9 +256,12 @@ std::string load(const std::string& path, const std::string& wanted) {
 template <class Grid>
 typename Grid::Ptr getGrid(Receiver& in) {
   const auto transform = getTransform(in);
+  const std::int32_t grid_class = in.get<std::int32_t>();
   const auto background = static_cast<typename Grid::ValueType>(in.get<float>());
   auto grid = Grid::create(background);
   grid->setTransform(transform);
+  // OpenVDB's tools turn the surface of what is no level set.
+  if (grid_class == openvdb::GRID_LEVEL_SET) grid->setGridClass(openvdb::GRID_LEVEL_SET);
   getTree(in, grid->tree());
   return grid;
 }
