@@ -44,7 +44,7 @@ const std::map<std::string, Names> kMayUse = {
     {"readers", {}},
     {"build_steps", {"options"}},
     {"frames", {"geometry", "readers"}},
-    {"fusion", {"files", "options", "geometry", "sensor", "frames", "build_steps", "readers"}},
+    {"fusion", {"files", "options", "geometry", "sensor", "tensor", "frames", "build_steps", "readers"}},
     {"surface", {"tensor", "field", "build_steps"}},
     {"signed_field", {"geometry", "tensor", "field", "map", "build_steps", "fusion", "surface"}},
     {"mesh", {"readers", "geometry", "tensor", "field", "build_steps", "surface", "signed_field"}},
@@ -55,7 +55,7 @@ const std::map<std::string, Names> kMayUse = {
     // plain types of depth images and meshes: no link to their library, checked below
     {"simulation", {"options", "geometry", "tensor", "field", "frames", "surface"}},
     {"evaluation", kCore + kWings + Names{"registration"}},
-    {"tools", kCore + kWings + Names{"registration", "simulation", "evaluation"}},
+    {"tools", kCore + kWings + Names{"registration", "localization", "simulation", "evaluation"}},
     {"ros", kCore + kWings + Names{"registration", "localization", "simulation", "evaluation", "tools"}},
     {"nodes", {"ros", "tools"}},
 };
