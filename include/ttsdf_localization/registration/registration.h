@@ -46,7 +46,7 @@ struct RegistrationOptions {
   double inlier_distance = 0.0;          ///< |f| below this is an inlier [m]
   double min_inlier_ratio = 0.4;         ///< of the points in known space; fewer is no success
   double min_known_ratio = 0.2;          ///< share of points in known space that is needed
-  double min_confidence = 0.5;           ///< a verification that is less confident is no success
+  double min_confidence = 0.75;          ///< a verification that is less confident is no success
   double degenerate_threshold = 0.0003;  ///< directions with less information are reported as degenerate
   bool check_facing = true;  ///< points behind a mapped surface, as the scan sees it, carry no information
   bool long_range = true;    ///< pull scans in by a coarse distance field made from the map when it is loaded
