@@ -49,10 +49,11 @@ ttsdf_rostest(map_surface.test DEPENDS test_maps ttsdf_localization_nodelet map_
 # ---- filters of clouds (launch/filter_cloud.launch) ----------------------------------------------------------------------
 find_path(TTSDF_PCL_ROS_INCLUDE_DIR pcl_ros/filters/voxel_grid.h)
 find_library(TTSDF_PCL_ROS_FILTERS_LIBRARY pcl_ros_filters)
-mark_as_advanced(TTSDF_PCL_ROS_INCLUDE_DIR TTSDF_PCL_ROS_FILTERS_LIBRARY)
-if(TTSDF_PCL_ROS_INCLUDE_DIR AND TTSDF_PCL_ROS_FILTERS_LIBRARY)
+find_library(TTSDF_PCL_ROS_FILTER_LIBRARY pcl_ros_filter)  # their base class
+mark_as_advanced(TTSDF_PCL_ROS_INCLUDE_DIR TTSDF_PCL_ROS_FILTERS_LIBRARY TTSDF_PCL_ROS_FILTER_LIBRARY)
+if(TTSDF_PCL_ROS_INCLUDE_DIR AND TTSDF_PCL_ROS_FILTERS_LIBRARY AND TTSDF_PCL_ROS_FILTER_LIBRARY)
   ttsdf_library(ttsdf_cloud_filter_nodelets
     SOURCES src/nodes/cloud_filter_nodelets.cpp
-    PRIVATE ${catkin_LIBRARIES} ${TTSDF_PCL_ROS_FILTERS_LIBRARY} ${TTSDF_PCL_common_LIBRARY}
+    PRIVATE ${catkin_LIBRARIES} ${TTSDF_PCL_ROS_FILTERS_LIBRARY} ${TTSDF_PCL_ROS_FILTER_LIBRARY} ${TTSDF_PCL_common_LIBRARY}
     INCLUDE ${TTSDF_PCL_ROS_INCLUDE_DIR} ${TTSDF_PCL_INCLUDE_DIR} ${catkin_INCLUDE_DIRS})
 endif()

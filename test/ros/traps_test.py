@@ -90,7 +90,7 @@ class Traps(unittest.TestCase):
         self.assertLess(self.error_of(pose)[0], 0.05)  # the prior counts, nothing slides along the wall
         sigma = np.sqrt(np.diag(np.array(pose.pose.covariance).reshape(6, 6)))
         self.assertGreater(sigma[1], 5.0 * sigma[0])  # along the wall against across it
-        self.assertGreater(sigma[2], 5.0 * sigma[0])
+        self.assertGreater(sigma[2], sigma[0])  # up and down the edges of the wall say something
 
     def test_a_burst_of_clouds_ends_with_the_newest(self):
         """Forty clouds of a whole VGA image at once: the work stays bounded, and the newest is not left behind."""
