@@ -77,7 +77,8 @@ double quantile(std::vector<double> values, double share) {
 
 /// Whether too many of the differences lie far out. Recorded poses have longer tails than a normal
 /// distribution: its quantiles (5.35, 10.64 and 12.59 for six variables) would leave one in fifteen beyond
-/// what one in a hundred should be. Chosen on the kitchen, its sparse map and a hand-held desk, the same scans that show the result.
+/// what one in a hundred should be. Chosen on the kitchen, its sparse map and a hand-held desk, the same
+/// scans that show the result.
 bool tooNarrow(const FrameAgreement& agreement, const std::vector<FrameDifference>& compared) {
   constexpr double kHalf = 3.2, kNineTenths = 8.0, kNineteenTwentieths = 12.0;
   std::vector<double> squares;

@@ -15,8 +15,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXf;
 
-/// The decoded bases are nearly orthonormal and weights at most 1: steps below 2 do not overshoot, this one with a
-/// margin for what the rounding of coarse bases adds.
+/// The decoded bases are nearly orthonormal and weights at most 1: steps below 2 do not overshoot, this one
+/// with a margin for what the rounding of coarse bases adds.
 constexpr float kStep = 1.0f;
 /// As in the quantiser: what lies less above a whole number is worth no further step.
 constexpr double kThreshold = 0.6;

@@ -65,7 +65,8 @@ void checkOldFile(const std::string& path, const std::string& target, const File
     return;
   }
   if (!S_ISREG(status.st_mode)) {
-    refusePath(path, std::string("got ") + fileTypeName(status.st_mode) + ", wanted nothing or a regular file");
+    refusePath(path,
+               std::string("got ") + fileTypeName(status.st_mode) + ", wanted nothing or a regular file");
   }
   if (::access(target.c_str(), W_OK) != 0) refusePath(path, std::strerror(errno));
   if (kind.magic.empty() || status.st_size == 0) return;
@@ -73,7 +74,7 @@ void checkOldFile(const std::string& path, const std::string& target, const File
   std::ifstream old(target, std::ios::binary);
   if (!old.read(begin.data(), static_cast<std::streamsize>(begin.size())) || begin != kind.magic) {
     refusePath(path, "got a file that is not " + kind.name +
-                     ", and only that is replaced; remove it, or give another name");
+                         ", and only that is replaced; remove it, or give another name");
   }
 }
 

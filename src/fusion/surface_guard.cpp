@@ -27,7 +27,8 @@ struct GuardSpan {
 };
 
 template <class IsNegative>
-void collect(const GuardSpan& x, const GuardSpan& y, const GuardSpan& z, SurroundingBits& bits, const IsNegative& negative) {
+void collect(const GuardSpan& x, const GuardSpan& y, const GuardSpan& z, SurroundingBits& bits,
+             const IsNegative& negative) {
   for (int i = x.begin; i < x.end; ++i) {
     for (int j = y.begin; j < y.end; ++j) {
       unsigned row = 0;

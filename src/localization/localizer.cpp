@@ -19,8 +19,8 @@ Localizer::Localizer(LocalizerOptions options)
   validate(options_);
 }
 
-PreparedMap Localizer::prepare(std::shared_ptr<const DistanceField> field,
-                               const RegistrationOptions& options, const KeepGoing& keep_going) {
+PreparedMap Localizer::prepare(std::shared_ptr<const DistanceField> field, const RegistrationOptions& options,
+                               const KeepGoing& keep_going) {
   if (!field) throw std::invalid_argument("Localizer::prepare: got no field, wanted one");
   PreparedMap map;
   std::shared_ptr<const DistanceField> far;

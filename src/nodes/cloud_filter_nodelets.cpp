@@ -1,5 +1,5 @@
-// pcl_ros's filters as nodelets of a library that links them: Debian's description of pcl_ros names a library where there is
-// none, so that pcl/VoxelGrid and its like cannot be loaded there.
+// pcl_ros's filters as nodelets of a library that links them: Debian's description of pcl_ros names a library
+// where there is none, so that pcl/VoxelGrid and its like cannot be loaded there.
 
 #include <nodelet/nodelet.h>
 #include <pcl_ros/filters/passthrough.h>

@@ -75,7 +75,8 @@ std::vector<Candidate> descendAll(const DistanceField& field, const ScanBuffer& 
       if (asks && keep_going && !keep_going(begin)) stop = true;
     }
   };
-  // A future waits for its thread when it goes away, so that an exception of the callback passes through here.
+  // A future waits for its thread when it goes away, so that an exception of the callback passes through
+  // here.
   std::vector<std::future<void>> helpers;
   try {
     for (int t = 1; t < options.threads; ++t) helpers.push_back(std::async(std::launch::async, work, false));

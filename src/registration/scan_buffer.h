@@ -13,8 +13,8 @@ namespace ttsdf {
 
 class ScanBuffer {
  public:
-  /// Points are weighed by the sensor's noise at their range, beside `floor` that everything else is off by [m],
-  /// from the next assign on. Without a call all count alike.
+  /// Points are weighed by the sensor's noise at their range, beside `floor` that everything else is off by
+  /// [m], from the next assign on. Without a call all count alike.
   void setSensor(const SensorModel& sensor, double floor) { sensor_ = sensor, floor_ = floor; }
 
   /// Takes at most `max_points` of the finite columns of `points` (3 x n, sensor frame), evenly by stride.

@@ -23,8 +23,8 @@ struct GravityHint {
 };
 
 /// Sensor positions evenly over the space that the map has seen to be free (`far`, its far field, at least
-/// `clearance` [m]; inside the box of the map where it has seen next to nothing) and orientations evenly over all, or
-/// over the yaw angles with a tilt of the hint's spread.
+/// `clearance` [m]; inside the box of the map where it has seen next to nothing) and orientations evenly over
+/// all, or over the yaw angles with a tilt of the hint's spread.
 std::vector<Eigen::Isometry3d> startsOverMap(const DistanceField& field, const DistanceField& far,
                                              const std::optional<GravityHint>& gravity, double clearance,
                                              int count, int seed);

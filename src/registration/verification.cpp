@@ -136,7 +136,7 @@ Verification verify(const DistanceField& field, const ScanBuffer& scan, const He
 }
 
 double confidence(const ConfidenceFeatures& f) {
-  // Fitted by scripts/results fit_confidence.
+  // Fitted with a forerunner of scripts/results fit_confidence, on seven scenes.
   const double sum = -3.44 + 5.30 * std::max(-1.0, std::min(f.least_evidence, 1.5)) -
                      16.27 * std::max(0.0, 0.92 - f.explained_ratio) -
                      16.65 * std::min(f.blocked_ratio, 0.2) - 0.52 * std::max(0.0, f.unmapped_ratio - 0.3);

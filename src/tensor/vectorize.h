@@ -9,7 +9,8 @@
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12
 #define TTSDF_VECTORIZE \
   __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"), optimize("O3")))
-#elif defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)  // knows no levels: without fused multiply-add
+#elif defined(__x86_64__) && defined(__GNUC__) && \
+    !defined(__clang__)  // knows no levels: without fused multiply-add
 #define TTSDF_VECTORIZE __attribute__((target_clones("avx512f", "avx2", "default"), optimize("O3")))
 #else
 #define TTSDF_VECTORIZE

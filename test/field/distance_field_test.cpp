@@ -42,10 +42,11 @@ class DistanceFieldTest : public testing::TestWithParam<Kind> {
   const Dims dims_{14, 11, 9};
   const GridGeometry geometry_ = turnedGeometry(dims_);
   const DenseTensor tensor_ = test::distanceTensor(dims_);  // values up to 1, slopes up to 1 / 14 per voxel
-  // A point in float at 3 m, in voxels of 2 cm: 1e-5 voxels; times the slope. Compressed fields keep 13 bits of
-  // a column and of a row: half a step of each, of values up to 1.
+  // A point in float at 3 m, in voxels of 2 cm: 1e-5 voxels; times the slope. Compressed fields keep 13 bits
+  // of a column and of a row: half a step of each, of values up to 1.
   const double value_tolerance_ = GetParam().compressed ? 1.0 / 8192.0 : 5e-6;
-  const double gradient_tolerance_ = 4.0 * value_tolerance_ / 0.02;  // weights of a difference at a border: 4 in all
+  const double gradient_tolerance_ =
+      4.0 * value_tolerance_ / 0.02;  // weights of a difference at a border: 4 in all
 };
 
 TEST_P(DistanceFieldTest, TrilinearEqualsBruteForce) {

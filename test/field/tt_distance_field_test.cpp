@@ -147,7 +147,8 @@ TEST(TtDistanceField, WarmUpKeepsTheSurfaceInBytes) {
   const auto voxel = static_cast<float>(geometry.voxel_size);
   EXPECT_LT((a.values - b.values).cwiseAbs().maxCoeff(), 1.5f * kByteVoxels * voxel);
   EXPECT_LT((a.gradients - b.gradients).cwiseAbs().maxCoeff(), 4.0f * kByteVoxels);
-  // Rounding errors are even within half a step (1 / sqrt(3) of it as rms); a difference of two, along three axes.
+  // Rounding errors are even within half a step (1 / sqrt(3) of it as rms); a difference of two, along three
+  // axes.
   EXPECT_LT((a.gradients - b.gradients).norm(), kByteVoxels * std::sqrt(2.0f) * b.gradients.norm());
   EXPECT_EQ(a.states, b.states);
 }

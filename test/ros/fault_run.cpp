@@ -410,7 +410,8 @@ class Run {
     worst_ = std::max(worst_, error);
     if (error <= kGoodPose) return;
     ++bad_poses_;
-    std::printf("pose off by %.3f m at scan %d during: %s\n", error, sent_.load(), kNames[static_cast<int>(fault_.load())]);
+    std::printf("pose off by %.3f m at scan %d during: %s\n", error, sent_.load(),
+                kNames[static_cast<int>(fault_.load())]);
   }
 
   void onStatus(const ttsdf_localization::LocalizationStatusConstPtr& status) {

@@ -26,7 +26,9 @@ void expectSameField(const TtSdfMap& wanted, const TtSdfMap& got, const Eigen::A
                      float tolerance) {
   const auto points = randomPoints(box, 2000);
   // As full arrays: the compressed field rounds what it keeps decoded.
-  const auto field = [](const TtSdfMap& map) { return DenseDistanceField(full(map.train), map.geometry, map.mask); };
+  const auto field = [](const TtSdfMap& map) {
+    return DenseDistanceField(full(map.train), map.geometry, map.mask);
+  };
   const auto a = field(wanted).evaluate(points), b = field(got).evaluate(points);
   EXPECT_LT((a.values - b.values).cwiseAbs().maxCoeff(), tolerance);
   EXPECT_EQ(a.states, b.states);

@@ -111,11 +111,12 @@ TEST_F(ScanIo, NamesAreFoundBesideTheList) {
 
 TEST(RegistrationCsv, HeaderIsTheAgreedOne) {
   // Read by name; columns are added after the agreed ones.
-  EXPECT_EQ(std::string(kRegistrationCsvHeader)
-                .rfind("scan,prior,points,success,reason,iterations,rms_residual,inlier_ratio,ms,tx,ty,tz,qx,"
-                       "qy,qz,qw,translation_error,rotation_error,confidence,degenerate_directions,unmapped_ratio",
-                       0),
-            0u);
+  EXPECT_EQ(
+      std::string(kRegistrationCsvHeader)
+          .rfind("scan,prior,points,success,reason,iterations,rms_residual,inlier_ratio,ms,tx,ty,tz,qx,"
+                 "qy,qz,qw,translation_error,rotation_error,confidence,degenerate_directions,unmapped_ratio",
+                 0),
+      0u);
 }
 
 TEST(RegistrationCsv, RowHasAsManyCellsAndLeavesErrorsEmptyWithoutTruth) {
@@ -137,7 +138,9 @@ TEST(RegistrationCsv, RowHasAsManyCellsAndLeavesErrorsEmptyWithoutTruth) {
   row.scan = "a,\"b\".pcd";
   out.str("");
   writeRow(out, row);
-  EXPECT_EQ(out.str().rfind("\"a,\"\"b\"\".pcd\",p.txt,5,1,converged,7,0,0,2.5,1,2,3,0,0,0,1,0.01,0.02,", 0), 0u) << out.str();
+  EXPECT_EQ(out.str().rfind("\"a,\"\"b\"\".pcd\",p.txt,5,1,converged,7,0,0,2.5,1,2,3,0,0,0,1,0.01,0.02,", 0),
+            0u)
+      << out.str();
 }
 
 }  // namespace

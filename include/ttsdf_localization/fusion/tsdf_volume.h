@@ -18,12 +18,12 @@
 namespace ttsdf {
 
 struct FusionOptions {
-  double voxel_size = 0.02;   ///< [m]
-  double truncation = 0.06;   ///< [m]; at least voxel_size
-  double min_depth = 0.2;     ///< [m]
-  double max_depth = 4.0;     ///< [m]; readings beyond carve free space up to here and add no surface
-  double max_weight = 100.0;  ///< cap of a voxel's weight: later frames then count as a moving average
-  bool carve = true;          ///< mark what rays crossed as free
+  double voxel_size = 0.02;       ///< [m]
+  double truncation = 0.06;       ///< [m]; at least voxel_size
+  double min_depth = 0.2;         ///< [m]
+  double max_depth = 4.0;         ///< [m]; readings beyond carve free space up to here and add no surface
+  double max_weight = 100.0;      ///< cap of a voxel's weight: later frames then count as a moving average
+  bool carve = true;              ///< mark what rays crossed as free
   std::string sensor = "kinect";  ///< how readings are weighed (sensor/sensor_model.h)
   int threads = 2;
   /// What a reading is off by beside its sensor's noise [m]: a volume shows a part of a voxel, not less.

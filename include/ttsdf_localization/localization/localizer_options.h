@@ -14,7 +14,7 @@ namespace ttsdf {
 struct GateOptions {
   double max_rms_residual = 0.0;        ///< of the inliers [m]; 0: 0.7 of the distance that makes an inlier
   double min_confidence = 0.4;          ///< of the verification, near the prior
-  double recovery_confidence = 0.75;     ///< the same after a search or far from the prior
+  double recovery_confidence = 0.75;    ///< the same after a search or far from the prior
   double min_inlier_ratio = 0.35;       ///< inliers / points in known space, while tracking
   double recovery_inlier_ratio = 0.55;  ///< the same after a search, where a wrong place may fit a little
   double min_relative_inliers = 0.6;    ///< inlier ratio against its usual value, while tracking

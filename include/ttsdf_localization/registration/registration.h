@@ -52,7 +52,8 @@ struct RegistrationOptions {
   bool long_range = true;    ///< pull scans in by a coarse distance field made from the map when it is loaded
   int restarts = 32;  ///< further starts around the prior when the first ones explain the scan badly ...
   double restart_score = 0.25;  ///< ... that is, with a score above this; 0 restarts: none
-  std::string sensor = "kinect";  ///< how points are weighed over range (sensor/sensor_model.h); method robust
+  std::string sensor =
+      "kinect";  ///< how points are weighed over range (sensor/sensor_model.h); method robust
   int min_points = 50;
   int max_points = 4500;  ///< more points are sub-sampled evenly
 };

@@ -55,7 +55,8 @@ OfflineReport::OfflineReport(const Paths& paths, bool with_times)
   covariances_.stream() << '\n';
   statuses_.stream()
       << "stamp,state,reason,pose_valid,points,iterations,rms_residual,inlier_ratio,outside_ratio,"
-         "unknown_ratio,behind_ratio,score,jump_translation,jump_rotation,degenerate_directions,tx,ty,tz,qx,qy,qz,"
+         "unknown_ratio,behind_ratio,score,jump_translation,jump_rotation,degenerate_directions,tx,ty,tz,qx,"
+         "qy,qz,"
          "qw,"
       << (with_times_ ? "ms," : "") << "message\n";
 }
