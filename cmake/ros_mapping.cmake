@@ -47,13 +47,12 @@ ttsdf_rostest(map_surface.test DEPENDS test_maps ttsdf_localization_nodelet map_
   ARGS map_dir:=${TTSDF_TEST_MAPS})
 
 # ---- filters of clouds (launch/filter_cloud.launch) ----------------------------------------------------------------------
-find_path(TTSDF_PCL_ROS_INCLUDE_DIR pcl_ros/filters/voxel_grid.h)
-find_library(TTSDF_PCL_ROS_FILTERS_LIBRARY pcl_ros_filters)
-find_library(TTSDF_PCL_ROS_FILTER_LIBRARY pcl_ros_filter)  # their base class
-mark_as_advanced(TTSDF_PCL_ROS_INCLUDE_DIR TTSDF_PCL_ROS_FILTERS_LIBRARY TTSDF_PCL_ROS_FILTER_LIBRARY)
-if(TTSDF_PCL_ROS_INCLUDE_DIR AND TTSDF_PCL_ROS_FILTERS_LIBRARY AND TTSDF_PCL_ROS_FILTER_LIBRARY)
-  ttsdf_library(ttsdf_cloud_filter_nodelets
-    SOURCES src/nodes/cloud_filter_nodelets.cpp
-    PRIVATE ${catkin_LIBRARIES} ${TTSDF_PCL_ROS_FILTERS_LIBRARY} ${TTSDF_PCL_ROS_FILTER_LIBRARY} ${TTSDF_PCL_common_LIBRARY}
-    INCLUDE ${TTSDF_PCL_ROS_INCLUDE_DIR} ${TTSDF_PCL_INCLUDE_DIR} ${catkin_INCLUDE_DIRS})
+find_path(TTSDF_PCL_ROS_INCLUDE_DIR pcl_ros/filters/filter.h)
+find_library(TTSDF_PCL_ROS_FILTER_LIBRARY NAMES pcl_ros_filter pcl_ros_filters)  # Debian's name, ROS's
+mark_as_advanced(TTSDF_PCL_ROS_INCLUDE_DIR TTSDF_PCL_ROS_FILTER_LIBRARY)
+if(TTSDF_PCL_ROS_INCLUDE_DIR AND TTSDF_PCL_ROS_FILTER_LIBRARY)
+  ttsdf_find_pcl(filters)
+  ttsdf_ros_library(ttsdf_cloud_filter_nodelet SOURCES src/nodes/cloud_filter_nodelet.cpp
+    LIBS ttsdf_ros ${TTSDF_PCL_ROS_FILTER_LIBRARY} ${TTSDF_PCL_filters_LIBRARY} ${TTSDF_PCL_common_LIBRARY})
+  target_include_directories(ttsdf_cloud_filter_nodelet PRIVATE ${TTSDF_PCL_ROS_INCLUDE_DIR} ${TTSDF_PCL_INCLUDE_DIR})
 endif()

@@ -342,6 +342,8 @@ PYBIND11_MODULE(ttsdf, m) {
       .def_readonly("rms_residual", &RegistrationResult::rms_residual)
       .def_readonly("inlier_ratio", &RegistrationResult::inlier_ratio)
       .def_readonly("score", &RegistrationResult::score)
+      .def_readonly("confidence", &RegistrationResult::confidence)
+      .def_readonly("degenerate_directions", &RegistrationResult::degenerate_directions)
       .def_readonly("milliseconds", &RegistrationResult::milliseconds)
       .def_property_readonly(
           "covariance", [](const RegistrationResult& r) { return r.covariance; },

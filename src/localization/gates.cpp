@@ -68,11 +68,10 @@ Refusal checkFit(const RegistrationResult& result, const GateOptions& options, d
     return {RefusalReason::kResidual, format("rms residual %.3f m, at most %.3f m allowed (max_rms_residual)",
                                              result.rms_residual, most)};
   }
-  // A degenerate scan is not confident of the whole pose; the directions are counted below.
-  const bool whole = result.reason != TerminationReason::kDegenerate;
-  if (whole && !(result.confidence >= options.min_confidence)) {
+  // Of the directions that the scan fixes; the others are counted below.
+  if (!(result.fit_confidence >= options.min_confidence)) {
     return {RefusalReason::kLowScore, format("confidence %.2f, at least %.2f wanted (min_confidence)",
-                                             result.confidence, options.min_confidence)};
+                                             result.fit_confidence, options.min_confidence)};
   }
   if (result.degenerate_directions > options.max_degenerate_directions) {
     return {RefusalReason::kDegenerate,

@@ -410,8 +410,11 @@ class Registration::Impl {
     result.least_evidence = verification.open_directions > 0
                                 ? std::min(verification.weakest, verification.least_evidence)
                                 : verification.least_evidence;
-    result.confidence = confidence(
-        {verification.explained_ratio, result.blocked_ratio, result.unmappedRatio(), result.least_evidence});
+    ConfidenceFeatures features{verification.explained_ratio, result.blocked_ratio, result.unmappedRatio(),
+                                result.least_evidence};
+    result.confidence = confidence(features);
+    features.least_evidence = verification.least_evidence;
+    result.fit_confidence = confidence(features);
     if (result.reason != TerminationReason::kConverged && result.reason != TerminationReason::kMaxIterations)
       return;
     result.covariance = posteriorCovariance(stage, verification);

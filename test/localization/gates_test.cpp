@@ -15,7 +15,7 @@ RegistrationResult goodResult() {
   result.inlier_ratio = 0.9;
   result.rms_residual = 0.01;
   result.inlier_distance = 0.05;
-  result.confidence = 0.9;
+  result.confidence = result.fit_confidence = 0.9;
   return result;
 }
 
@@ -57,13 +57,26 @@ TEST(Gates, RefuseEachBadFigure) {
   result.unknown_ratio = 0.4;
   EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kOutsideMap);
   result = goodResult();
-  result.confidence = 0.05;
+  result.confidence = result.fit_confidence = 0.05;
   EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kLowScore);
   result = goodResult();
   result.degenerate_directions = 4;
   EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kDegenerate);
   EXPECT_EQ(checkJump({0.6, 0.0}, {}).reason, RefusalReason::kJump);
   EXPECT_EQ(checkJump({0.0, 0.6}, {}).reason, RefusalReason::kJump);
+}
+
+// A degenerate scan is never confident of the whole pose. It may be used with its prior, but only if what it fixes fits.
+TEST(Gates, ADegenerateScanHasToFitToo) {
+  RegistrationResult result = goodResult();
+  result.success = false;
+  result.reason = TerminationReason::kDegenerate;
+  result.degenerate_directions = 1;
+  result.confidence = 0.0;
+  EXPECT_FALSE(checkTermination(result));
+  EXPECT_FALSE(checkFit(result, {}, 0.5));
+  result.fit_confidence = 0.05;
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kLowScore);
 }
 
 // A scan outside the map has nothing to disagree with: a residual of zero must not look like a perfect fit.

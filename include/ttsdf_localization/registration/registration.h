@@ -81,6 +81,7 @@ struct RegistrationResult {
   /// (robust).
   double least_evidence = 0.0;
   double confidence = 0.0;  ///< that the pose is right, from the verification [0, 1] (method robust)
+  double fit_confidence = 0.0;  ///< the same of the directions that the scan fixes (others are the prior's)
   /// Of the pose given scan and prior: left perturbation [rotation; translation] about the sensor's position.
   Matrix6d covariance = Matrix6d::Zero();
   /// Information per direction, rising: mean square change of residual per metre the points move (1: every

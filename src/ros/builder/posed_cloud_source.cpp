@@ -52,15 +52,19 @@ void PosedCloudSource::onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
   // tf2 takes stamp 0 for "the newest transform", which is the pose of another moment.
   if (cloud->header.stamp.isZero()) return refuse(cloud->header.frame_id, "the cloud has stamp 0");
   if (cloud->header.frame_id.empty()) return refuse("", "the cloud has an empty frame_id");
-  if (stamps_.stampsJumped(cloud->header.stamp)) {
+  bool jumped = false;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    jumped = stamps_.stampsJumped(cloud->header.stamp);
+    if (jumped) selector_.reset();
+  }
+  if (jumped) {
     // Transforms and waiting clouds of the time that was undone would be mixed up with those that come now.
     ROS_WARN_STREAM("Stamps went back to " << cloud->header.stamp
                                            << ": transforms and waiting clouds are forgotten, "
                                               "fused scans are kept");
     buffer_.clear();
     queue_.clear();
-    const std::lock_guard<std::mutex> lock(mutex_);
-    selector_.reset();
   }
   QueuedScan scan;
   scan.header = cloud->header;
@@ -116,6 +120,7 @@ void PosedCloudSource::reset() {
   buffer_.clear();
   queue_.clear();
   const std::lock_guard<std::mutex> lock(mutex_);
+  stamps_ = ClockWatch();  // the same bag again is no jump
   selector_.reset();
   counts_ = {};
 }

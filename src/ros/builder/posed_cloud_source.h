@@ -42,8 +42,8 @@ class PosedCloudSource {
   /// The resolved topic name, for messages.
   std::string topic() const { return subscriber_.getTopic(); }
   Counts counts() const;
-  /// Counts of 0; waiting clouds and transforms (static ones apart) are forgotten, selection starts anew. Any
-  /// thread.
+  /// Counts of 0; waiting clouds and transforms (static ones apart) are forgotten, selection starts anew, and
+  /// earlier stamps may follow. Any thread.
   void reset();
 
  private:
@@ -56,9 +56,9 @@ class PosedCloudSource {
   const Callback callback_;
   tf2::BufferCore buffer_;
   ScanQueue queue_;
-  ClockWatch stamps_;
 
   mutable std::mutex mutex_;
+  ClockWatch stamps_;
   ScanSelector selector_;
   Counts counts_;
 
