@@ -421,6 +421,7 @@ class Run {
     const bool sends = tracking_ || status->state == Status::DEGRADED || status->state == Status::PAUSED;
     if (!sends && sends_) silent_since_ = Wall::now();
     sends_ = sends;
+    judgeEarlyTransform();
     was_lost_ = was_lost_ || status->state == Status::LOST;
     if (status->state != Status::TRACKING || status->reason != Status::REASON_NONE || !status->pose_valid)
       noteSaid(status->message);
@@ -440,12 +441,23 @@ class Run {
       if (transform.header.frame_id != "map") continue;
       const std::lock_guard<std::mutex> lock(mutex_);
       // What was on its way when the state changed does not count.
-      if (!sends_ && Wall::now() - silent_since_ > std::chrono::milliseconds(300)) {
-        ++bad_transforms_;
-        std::printf("a transform in a state without, scan %d during: %s\n", sent_.load(),
-                    kNames[static_cast<int>(fault_.load())]);
-      }
+      if (!early_transform_ && !sends_ && Wall::now() - silent_since_ > kOnItsWay)
+        early_transform_ = Wall::now();
+      judgeEarlyTransform();
     }
+  }
+
+  /// Transforms and statuses are two topics: the first transform may be here before the status that allows
+  /// it.
+  void judgeEarlyTransform() {
+    if (!early_transform_) return;
+    const bool late = Wall::now() - *early_transform_ > kOnItsWay;
+    if (late) {
+      ++bad_transforms_;
+      std::printf("a transform in a state without, scan %d during: %s\n", sent_.load(),
+                  kNames[static_cast<int>(fault_.load())]);
+    }
+    if (late || sends_) early_transform_.reset();
   }
 
   const std::vector<std::string> maps_;
@@ -467,6 +479,8 @@ class Run {
   std::mutex mutex_;
   std::atomic<Fault> fault_{Fault::kNone};
   Wall::time_point fault_begin_, silent_since_ = Wall::now();
+  std::optional<Wall::time_point> early_transform_;
+  static constexpr std::chrono::milliseconds kOnItsWay{300};
   bool said_ = false, was_lost_ = false, sends_ = false;
   std::atomic<bool> tracking_{false};
   double said_after_ = 0.0;
