@@ -74,7 +74,7 @@ void QuantizedBricks::allocate() {
   std::uint32_t count = 0;
   for (std::size_t word = 0; word < bits_.size(); ++word) {
     before_[word] = count;
-    count += static_cast<std::uint32_t>(__builtin_popcountll(bits_[word]));
+    count += bitCount(bits_[word]);
   }
   ranges_.assign(count, Range{0.0f, 0.0f});
   bytes_.assign(std::size_t{count} * kBrickSamples, 0);

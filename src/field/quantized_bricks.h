@@ -63,7 +63,14 @@ class QuantizedBricks {
   };
   std::size_t placeOf(Id id) const {
     const std::uint64_t below = bits_[id >> 6] & ((std::uint64_t{1} << (id & 63)) - 1);
-    return before_[id >> 6] + static_cast<std::size_t>(__builtin_popcountll(below));
+    return before_[id >> 6] + bitCount(below);
+  }
+  /// Inline: without -mpopcnt the compiler's own is a call.
+  static std::uint32_t bitCount(std::uint64_t bits) {
+    bits -= (bits >> 1) & 0x5555555555555555U;
+    bits = (bits & 0x3333333333333333U) + ((bits >> 2) & 0x3333333333333333U);
+    bits = (bits + (bits >> 4)) & 0x0f0f0f0f0f0f0f0fU;
+    return static_cast<std::uint32_t>((bits * 0x0101010101010101U) >> 56);
   }
 
   std::array<int, 3> counts_{};

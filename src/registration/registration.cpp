@@ -120,6 +120,7 @@ class Registration::Impl {
   /// A pose with what speaks for it.
   struct Hypothesis {
     StageResult stage;
+    Eigen::Isometry3d T_blocked = Eigen::Isometry3d::Identity();  ///< pose at which `blocked` was seen
     double blocked = 0.0;
     double cost = 0.0;  ///< negative log likelihood of scan and prior, up to a constant
   };
@@ -191,13 +192,13 @@ class Registration::Impl {
   void solveNear(RegistrationResult& result) {
     const Eigen::Isometry3d& T_prior = prior_.T_map_sensor;
     Hypothesis best = approach(T_prior);
-    if (pulls_in_) {
+    if (pulls_in_ && badness(best) > kFinePart * options_.restart_score) {
       coarse_.assign(scan_, kCoarsePoints);
       const Eigen::Isometry3d T_far = heldToPrior(pullIn(T_prior));
       const PoseError apart = poseError(T_far, best.stage.T_map_sensor);
       if (apart.translation > scales_.tolerance || apart.rotation * scales_.lever > scales_.tolerance)
         prefer(approach(T_far), 0.0, best);
-      if (options_.restarts > 0 && explainsBadly(best)) restart(best);
+      if (options_.restarts > 0 && badness(best) > options_.restart_score) restart(best);
     }
     conclude(best, result);
   }
@@ -236,7 +237,9 @@ class Registration::Impl {
     }
     settleDegenerate(verification, best.stage);
     describe(best.stage, result);
-    accept(best.stage, verification, result);
+    const PoseError moved = poseError(best.T_blocked, best.stage.T_map_sensor);
+    if (moved.translation + scales_.lever * moved.rotation > scales_.voxel) look(best);
+    accept(best, verification, result);
   }
 
   /// What the scan says about a degenerate direction is worth little, or nothing at all.
@@ -300,8 +303,13 @@ class Registration::Impl {
     return h;
   }
 
+  void look(Hypothesis& h) const {
+    h.T_blocked = h.stage.T_map_sensor;
+    h.blocked = blockedShare(*field_, long_range_.get(), scan_, h.T_blocked, kRays);
+  }
+
   void weigh(Hypothesis& h) const {
-    h.blocked = blockedShare(*field_, long_range_.get(), scan_, h.stage.T_map_sensor, kRays);
+    look(h);
     h.cost = kIndependentPoints * (score(h.stage.equations) + h.blocked) +
              0.5 * prior_.squaredDistance(h.stage.T_map_sensor);
   }
@@ -313,11 +321,12 @@ class Registration::Impl {
     return true;
   }
 
-  /// Judged by the points in known space: a map with gaps explains no scan as a whole.
-  bool explainsBadly(const Hypothesis& h) const {
+  /// How badly a pose explains the scan [0, 2]: by the points in known space, because a map with gaps
+  /// explains no scan as a whole, and by what the rays went through.
+  static double badness(const Hypothesis& h) {
     const NormalEquations& e = h.stage.equations;
-    return (e.score + e.behind) / std::max(1, e.valid + e.behind) + h.blocked > options_.restart_score ||
-           e.valid < 0.5 * e.points();
+    if (e.valid < 0.5 * e.points()) return 2.0;
+    return (e.score + e.behind) / std::max(1, e.valid + e.behind) + h.blocked;
   }
 
   /// The kernel narrowed with the spread of the residuals on a part of the points, the last stage on all but
@@ -403,8 +412,8 @@ class Registration::Impl {
   }
 
   /// The verification decides whether the pose may be used.
-  void accept(const StageResult& stage, const Verification& verification, RegistrationResult& result) {
-    result.blocked_ratio = blockedShare(*field_, long_range_.get(), scan_, stage.T_map_sensor, kRays);
+  void accept(const Hypothesis& best, const Verification& verification, RegistrationResult& result) {
+    result.blocked_ratio = best.blocked;
     result.degenerate_directions = verification.degenerate_directions;
     result.explained_ratio = verification.explained_ratio;
     result.least_evidence = verification.open_directions > 0
@@ -417,7 +426,7 @@ class Registration::Impl {
     result.fit_confidence = confidence(features);
     if (result.reason != TerminationReason::kConverged && result.reason != TerminationReason::kMaxIterations)
       return;
-    result.covariance = posteriorCovariance(stage, verification);
+    result.covariance = posteriorCovariance(best.stage, verification);
     if (result.inlier_ratio < options_.min_inlier_ratio) {
       result.reason = TerminationReason::kLowScore;
     } else if (verification.open_directions > 0) {
@@ -432,8 +441,8 @@ class Registration::Impl {
   /// Of the scan alone, about the sensor's position.
   Matrix6d measuredCovariance(const StageResult& stage) const {
     const Matrix6d about_centroid =
-        sandwichCovariance(*field_, scan_, stage.T_map_sensor, model(scales_.last), kClusterSize,
-                           options_.degenerate_threshold, kUnmeasured);
+        sandwichCovariance(*field_, scan_, stage.T_map_sensor, stage.equations, model(scales_.last),
+                           kClusterSize, options_.degenerate_threshold, kUnmeasured);
     // Twists about the sensor's position: its translation also moves by the rotation times the lever arm.
     Matrix6d shift = Matrix6d::Identity();
     shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());
@@ -476,6 +485,7 @@ class Registration::Impl {
   static constexpr double kClusterSize = 0.3;        // [m]
   static constexpr double kUnmeasured = 1e3;         // [m] standard deviation of what a scan does not measure
   static constexpr double kClustersPerRadius = 4.0;  // of the verification
+  static constexpr double kFinePart = 0.5;           // of restart_score: the map alone is enough
   static constexpr double kMargin = 2.0;             // log likelihood that another hypothesis has to gain
   static constexpr double kSamePlace = 0.3;          // of the scan's radius
   static constexpr double kSameAngle = 0.3;          // [rad]

@@ -29,6 +29,10 @@ class ScanBuffer {
   const float* z() const { return z_.data(); }
   /// Trust in (0, 1] by range, as the sensor's model says.
   const float* weight() const { return weight_.data(); }
+  /// Standard deviation of point n along its ray [m], as the sensor's model says; 0 without one.
+  double noise(int n) const {
+    return floor_ * std::sqrt(1.0 / static_cast<double>(weight_[static_cast<std::size_t>(n)]) - 1.0);
+  }
   /// Sensor frame [m]; point n is centroid + (x[n], y[n], z[n]).
   const Eigen::Vector3d& centroid() const { return centroid_; }
   /// Root mean square distance to the centroid [m]: turns radians into metres.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <unordered_map>
+#include <vector>
 
 #include "minimizer.h"
 
@@ -12,7 +14,7 @@ namespace {
 
 // Errors are correlated within a cluster, so more points than this say nothing more about the spread of
 // clusters.
-constexpr int kPoints = 1200;
+constexpr int kPoints = 1000;
 
 constexpr double kNoInformation = 1e-6;
 
@@ -84,29 +86,28 @@ Scores scoresOf(const DistanceField& field, const ScanBuffer& scan, int count,
   return result;
 }
 
-/// Calls `visit(begin, end)` for the scores of every cell, or every surface; returns how many there are.
+/// Calls `visit` for the scores of every cell, or every surface; returns how many there are. In the order of
+/// the scores, so that sums do not depend on the machine.
 template <class Visit>
-int forEachGroup(Scores& scores, std::uint64_t Score::*key, const Visit& visit) {
-  std::stable_sort(scores.begin(), scores.end(),
-                   [key](const Score& a, const Score& b) { return a.*key < b.*key; });
-  int groups = 0;
-  for (auto begin = scores.cbegin(); begin != scores.cend(); ++groups) {
-    const auto end =
-        std::find_if(begin, scores.cend(), [&](const Score& s) { return s.*key != (*begin).*key; });
-    visit(begin, end);
-    begin = end;
+int forEachGroup(const Scores& scores, std::uint64_t Score::*key, const Visit& visit) {
+  std::unordered_map<std::uint64_t, std::size_t> index;
+  std::vector<std::vector<const Score*>> groups;
+  for (const Score& score : scores) {
+    const auto place = index.emplace(score.*key, groups.size());
+    if (place.second) groups.emplace_back();
+    groups[place.first->second].push_back(&score);
   }
-  return groups;
+  for (const auto& group : groups) visit(group);
+  return static_cast<int>(groups.size());
 }
 
 /// Variance of what the residuals of a cell have in common [m^2]: the mean product of two of them. Noise that
 /// is independent from point to point adds nothing to it.
 class SharedVariance {
  public:
-  template <class Iterator>
-  void add(Iterator begin, Iterator end) {
+  void add(const std::vector<const Score*>& cell) {
     double w = 0.0, w2 = 0.0, wr = 0.0, w2r2 = 0.0;
-    for (auto s = begin; s != end; ++s) {
+    for (const Score* s : cell) {
       const double product = s->weight * s->residual;
       w += s->weight, w2 += s->weight * s->weight, wr += product, w2r2 += product * product;
     }
@@ -123,10 +124,10 @@ class SharedVariance {
 }  // namespace
 
 Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
-                            const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model,
-                            double cluster_size, double weak_threshold, double weak_sigma) {
+                            const Eigen::Isometry3d& T_map_sensor, const NormalEquations& equations,
+                            const ResidualModel& model, double cluster_size, double weak_threshold,
+                            double weak_sigma) {
   const int count = scan.prefix(kPoints);
-  const NormalEquations equations = linearize(field, scan, count, T_map_sensor, model);
   const InformationAnalysis info = analyseInformation(equations, scan.radius());
   Vector6d s = Vector6d::Ones();
   s.head<3>().setConstant(1.0 / std::max(scan.radius(), 1e-3));
@@ -134,15 +135,17 @@ Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
   const auto scaled_twist = [&](const Vector6d& sum) -> Vector6d {
     return info.directions.transpose() * (s.asDiagonal() * sum);
   };
-  Scores scores = scoresOf(field, scan, count, T_map_sensor, model, cluster_size);
+  const Scores scores = scoresOf(field, scan, count, T_map_sensor, model, cluster_size);
+  double weight = 0.0;
+  for (const Score& score : scores) weight += score.weight;
   Matrix6d B = Matrix6d::Zero();
   SharedVariance shared;
-  const int clusters = forEachGroup(scores, &Score::cell, [&](auto begin, auto end) {
+  const int clusters = forEachGroup(scores, &Score::cell, [&](const auto& group) {
     Vector6d sum = Vector6d::Zero();
-    for (auto n = begin; n != end; ++n) sum += n->weight * n->residual * n->jacobian;
+    for (const Score* n : group) sum += n->weight * n->residual * n->jacobian;
     const Vector6d twist = scaled_twist(sum);
     B += twist * twist.transpose();
-    shared.add(begin, end);
+    shared.add(group);
   });
   // Small-sample correction: six parameters were fitted to as many independent scores as there are clusters.
   B *= static_cast<double>(clusters) / std::max(1, clusters - 6);
@@ -150,9 +153,9 @@ Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
   // large as what neighbours have in common.
   const double hidden = kHiddenOffset * field.geometry().voxel_size;
   const double offset_variance = shared.value() + hidden * hidden;
-  forEachGroup(scores, &Score::surface, [&](auto begin, auto end) {
+  forEachGroup(scores, &Score::surface, [&](const auto& group) {
     Vector6d sum = Vector6d::Zero();
-    for (auto n = begin; n != end; ++n) sum += n->weight * n->jacobian;
+    for (const Score* n : group) sum += n->weight * n->jacobian;
     const Vector6d twist = scaled_twist(sum);
     B += offset_variance * twist * twist.transpose();
   });
@@ -161,7 +164,7 @@ Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
   for (int d = 0; d < 6; ++d) {
     // What the noise of the map's gradients shows says nothing.
     const double share = std::max(info.share[d] - noise, 0.1 * info.share[d]);
-    if (info.share[d] >= known_from) inverse[d] = 1.0 / (share * equations.weight);
+    if (info.share[d] >= known_from) inverse[d] = 1.0 / (share * weight);
   }
   Matrix6d scaled = inverse.asDiagonal() * B * inverse.asDiagonal();
   for (int d = 0; d < 6; ++d) {

@@ -14,9 +14,11 @@ namespace ttsdf {
 /// what no residual shows, because the pose takes it up: whole surfaces that are off, by as much as the
 /// residuals of a cluster have in common. The part of the information that noise of the
 /// map's gradients would show as well is not counted. Directions with less than `weak_threshold` of the
-/// information get `weak_sigma` [m] (rotation: weak_sigma / radius).
+/// information get `weak_sigma` [m] (rotation: weak_sigma / radius). `equations`: of the scan at the pose,
+/// with the same model.
 Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
-                            const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model,
-                            double cluster_size, double weak_threshold, double weak_sigma);
+                            const Eigen::Isometry3d& T_map_sensor, const NormalEquations& equations,
+                            const ResidualModel& model, double cluster_size, double weak_threshold,
+                            double weak_sigma);
 
 }  // namespace ttsdf

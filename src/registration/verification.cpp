@@ -17,6 +17,7 @@ constexpr double kBetter = -1.0;       // the same, of a pose that is worth a de
 constexpr double kCertain = 100.0;     // standard errors
 constexpr double kPinned = 9.0;        // squared Mahalanobis distance that the prior excludes
 constexpr double kFurther = 3.0;       // tolerances of the far probes
+constexpr double kClear = 4.5;         // standard errors of a near probe that need no far one
 
 /// Twist about the centroid along a direction of the scaled space that moves the pose by `distance`.
 Vector6d twistAlong(const Vector6d& direction, const ScanBuffer& scan, const Eigen::Isometry3d& T,
@@ -119,6 +120,7 @@ Verification verify(const DistanceField& field, const ScanBuffer& scan, const He
           lowest = evidence;
           out.better.assign(1, T_there);
         }
+        if (evidence > kClear) break;
       }
     }
     const auto index = static_cast<std::size_t>(d);

@@ -67,7 +67,7 @@ const std::map<std::string, Names> kOnlyIn = {
     {"vigra", {"frames", "signed_field", "surface"}},
     {"assimp", {"mesh"}},
     {"tbb", {"build_steps", "fusion"}},
-    {"pcl", {"evaluation", "pcl"}},
+    {"pcl", {"evaluation", "pcl", "nodes"}},
     {"open3d", {"evaluation"}},
     {"boost", {"tools", "ros", "nodes"}},
     {"yaml-cpp", {"tools", "ros"}},

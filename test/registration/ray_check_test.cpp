@@ -52,7 +52,7 @@ TEST_F(BlockedShare, AgreesWithBruteForceAtWrongPoses) {
       const bool in = (index >= 0.0).all() && (index <= (geometry.dims - 1).cast<double>()).all();
       return in ? furnishedRoom(p) : 1.0;
     };
-    const double wanted = exact(known, T, 0.06, 0.05);
+    const double wanted = exact(known, T, 1.5 * 0.04, 2.5 * 0.04);
     EXPECT_GT(wanted, 0.05) << shift;
     EXPECT_NEAR(blockedShare(*field_, nullptr, scan_, T, 2000), wanted, 0.03) << shift;
   }
