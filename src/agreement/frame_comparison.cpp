@@ -12,6 +12,7 @@ namespace ttsdf {
 
 namespace {
 
+constexpr int kPixelStride = 4;         // of images
 constexpr int kPoints = 1500;           // of a frame kept for comparison
 constexpr std::size_t kMostKept = 120;  // frames; more, and every third of them stays
 /// Frames from nearly the same place share what their poses have wrong, so they go into the same volume.
@@ -135,14 +136,9 @@ FrameComparison& FrameComparison::operator=(FrameComparison&&) noexcept = defaul
 void FrameComparison::add(const DepthImage& image, const CameraIntrinsics& intrinsics,
                           const Eigen::Isometry3d& T_map_camera) {
   checkFits(image, intrinsics);
-  Parts& p = *parts_;
-  auto& volume = p.volumes[static_cast<std::size_t>(p.choose(T_map_camera))];
-  volume.integrate(image, intrinsics, T_map_camera);
-  if (p.wanted()) {
-    constexpr int kStride = 8;
-    p.keep(toPoints(image, intrinsics, kStride, p.fusion.min_depth, p.fusion.max_depth), T_map_camera);
-  }
-  ++p.frames;
+  // As a cloud: an image of a cluttered place leaves holes behind its edges, and few cells would be whole.
+  const FusionOptions& fusion = parts_->fusion;
+  add(toPoints(image, intrinsics, kPixelStride, fusion.min_depth, fusion.max_depth), T_map_camera);
 }
 
 void FrameComparison::add(const Eigen::Matrix3Xf& points, const Eigen::Isometry3d& T_map_sensor) {
