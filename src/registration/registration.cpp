@@ -463,8 +463,10 @@ class Registration::Impl {
       measured += sigma * sigma * along * along.transpose();
     }
     const Matrix6d posterior = (measured.inverse() + prior_.information).inverse();
-    return withMapErrors(field_->agreement(), measured, posterior,
-                         stage.T_map_sensor.linear() * scan_.centroid());
+    FrameAgreement errors = field_->agreement();
+    // Frames do not show what the grid does to all of them alike.
+    errors.shift = std::hypot(errors.shift, kGridShift * scales_.voxel);
+    return withMapErrors(errors, measured, posterior, stage.T_map_sensor.linear() * scan_.centroid());
   }
 
   static constexpr int kCoarsePoints = 400;  // of the far field's descent
@@ -484,6 +486,7 @@ class Registration::Impl {
   static constexpr int kRays = 100;
   static constexpr double kClusterSize = 0.3;        // [m]
   static constexpr double kUnmeasured = 1e3;         // [m] standard deviation of what a scan does not measure
+  static constexpr double kGridShift = 0.2;          // of a voxel, by which all surfaces are off
   static constexpr double kClustersPerRadius = 4.0;  // of the verification
   static constexpr double kFinePart = 0.5;           // of restart_score: the map alone is enough
   static constexpr double kMargin = 2.0;             // log likelihood that another hypothesis has to gain
