@@ -188,7 +188,7 @@ StoredCores::StoredCores(const TensorTrain& train)
   // Components of very different size share the numbers of a row fairly once the last core's rows are of
   // length one: what they carry is then in the middle core.
   Eigen::VectorXf norms = train.last().rowwise().norm();
-  for (float& norm : norms) norm = norm > 1e-30f ? norm : 1.0f;
+  norms = (norms.array() > 1e-30f).select(norms, 1.0f);
 
   first_.resize(static_cast<std::size_t>(sizes_[0]) * rank1);
   for (int i = 0; i < sizes_[0]; ++i) {
