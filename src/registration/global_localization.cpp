@@ -4,6 +4,7 @@
 
 #include "descent.h"
 #include "result.h"
+#include "scales.h"
 #include "start_poses.h"
 #include "ttsdf_localization/registration/search.h"
 
@@ -41,9 +42,34 @@ std::vector<Eigen::Isometry3d> poses(const std::vector<Candidate>& candidates) {
   return result;
 }
 
-/// Poses nearer than this are the same place.
-constexpr double kSamePlace = 0.3;  // [m]
-constexpr double kSameAngle = 0.3;  // [rad]
+constexpr double kSameAngle = 0.1;  // [rad] of candidates
+constexpr double kKeptPart = 0.35;  // of the starts, after a few steps with the widest kernel
+
+/// Kernel scales of the descents, and how far apart poses are others [m], from those of the registration.
+struct GlobalScales {
+  explicit GlobalScales(const Scales& s, double radius)
+      : clearance(std::min(5.0 * s.voxel, 0.1 * radius)),
+        tolerance(s.tolerance),
+        last(s.far_last),
+        tied_above(s.tied_above) {
+    const double first = std::max(s.far_last, 0.5 * radius), second = std::sqrt(first * s.far_last);
+    widest = {first, first, first};
+    wide = {first, first, first, second, second, last, last};
+    narrow = {last, 2.0 * s.tolerance, 2.0 * s.tolerance, 1.6 * s.tolerance};
+  }
+  double clearance;  ///< of a sensor from the nearest surface
+  double tolerance, last, tied_above;
+  std::vector<double> widest, wide, narrow;
+};
+
+/// The better part of the candidates: only they are worth more steps.
+std::vector<Eigen::Isometry3d> betterPart(std::vector<Candidate> candidates) {
+  const auto count = static_cast<std::size_t>(std::ceil(kKeptPart * static_cast<double>(candidates.size())));
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
+  candidates.resize(std::min(candidates.size(), count));
+  return poses(candidates);
+}
 
 void judge(const GlobalOptions& options, RegistrationResult& best) {
   if (best.reason == TerminationReason::kTooFewPoints) return;
@@ -77,7 +103,10 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
   if (gravity) hint = GravityHint{gravity->normalized(), map_down.normalized(), options.tilt_sigma};
   const DistanceField& coarse =
       registration.longRangeField() ? *registration.longRangeField() : registration.field();
-  const auto starts = startsOverMap(registration.field(), coarse, hint, 0.1,
+  const GlobalScales scales(Scales(registration.options(), registration.field().geometry().voxel_size,
+                                   coarse.geometry().voxel_size, scan),
+                            scan.radius());
+  const auto starts = startsOverMap(registration.field(), coarse, hint, scales.clearance,
                                     gravity ? options.starts : options.starts_without_gravity, options.seed);
 
   bool cancelled = false;
@@ -85,21 +114,26 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
     if (!cancelled && progress && !progress(share)) cancelled = true;
     return !cancelled;
   };
-  DescentOptions wide;
-  wide.scales = {0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.3, 0.15, 0.15};
-  wide.score_scale = 0.08;
-  wide.threads = options.threads;
-  const auto coarse_results = descendAll(coarse, scan, starts, wide, [&](std::size_t done) {
-    return keepGoing(0.8 * static_cast<double>(done) / static_cast<double>(starts.size()));
-  });
-  DescentOptions narrow;
-  narrow.scales = {0.15, 0.1, 0.1, 0.08};
-  narrow.threads = options.threads;
+  const auto descendFrom = [&](const DistanceField& field, const std::vector<Eigen::Isometry3d>& from,
+                               const std::vector<double>& kernels, double score_scale, double begins,
+                               double ends) {
+    DescentOptions descent;
+    descent.scales = kernels;
+    descent.score_scale = score_scale;
+    descent.rotation_tied_above = scales.tied_above;
+    descent.threads = options.threads;
+    return descendAll(field, scan, from, descent, [&](std::size_t done) {
+      return keepGoing(begins +
+                       (ends - begins) * static_cast<double>(done) / static_cast<double>(from.size()));
+    });
+  };
+  const auto begun = descendFrom(coarse, starts, scales.widest, scales.last, 0.0, 0.4);
+  const auto far = descendFrom(coarse, betterPart(begun), scales.wide, 0.5 * scales.last, 0.4, 0.8);
   const auto wanted = static_cast<std::size_t>(options.refined);
-  const auto middle = bestDistinct(coarse_results, 10 * wanted, 0.1, 0.1);
-  const auto candidates = bestDistinct(descendAll(registration.field(), scan, poses(middle), narrow,
-                                                  [&](std::size_t) { return keepGoing(0.8); }),
-                                       wanted, 0.05, 0.05);
+  const auto middle = bestDistinct(far, 10 * wanted, 2.0 * scales.tolerance, kSameAngle);
+  const auto near =
+      descendFrom(registration.field(), poses(middle), scales.narrow, DescentOptions().score_scale, 0.8, 0.9);
+  const auto candidates = bestDistinct(near, wanted, scales.tolerance, 0.5 * kSameAngle);
 
   best.points = scan.size();
   best.reason = TerminationReason::kLowScore;  // if no start came through in time

@@ -174,10 +174,10 @@ SurfaceMesh keepLargePieces(const std::vector<Eigen::Vector3f>& vertices,
   std::vector<Eigen::Vector3i> kept;
   for (Eigen::Vector3i t : triangles) {
     if (size[static_cast<std::size_t>(pieces.find(t[0]))] < min_component) continue;
-    for (int& n : t) {
-      int& number = renumbered[static_cast<std::size_t>(n)];
+    for (int corner = 0; corner < 3; ++corner) {
+      int& number = renumbered[static_cast<std::size_t>(t[corner])];
       if (number < 0) number = vertex_count++;
-      n = number;
+      t[corner] = number;
     }
     kept.push_back(t);
   }
