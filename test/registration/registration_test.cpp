@@ -13,6 +13,16 @@
 namespace ttsdf {
 namespace {
 
+/// The points with |x| below `limit` [m].
+Eigen::Matrix3Xf withinAlongX(const Eigen::Matrix3Xf& points, float limit) {
+  Eigen::Matrix3Xf kept(3, points.cols());
+  Eigen::Index count = 0;
+  for (Eigen::Index n = 0; n < points.cols(); ++n) {
+    if (std::abs(points(0, n)) < limit) kept.col(count++) = points.col(n);
+  }
+  return kept.leftCols(count);
+}
+
 using test::castRays;
 using test::denseField;
 using test::furnishedRoom;
@@ -190,11 +200,7 @@ TEST(Registration, ACorridorKeepsThePriorAlongIt) {
   truth.translation() = Eigen::Vector3d(1.8, 1.4, 1.1);
   Eigen::Matrix3Xf points = castRays(corridor, truth, test::directions(2500));
   // Up to 1.5 m along: what is seen must be inside the map.
-  std::vector<Eigen::Index> near;
-  for (Eigen::Index n = 0; n < points.cols(); ++n) {
-    if (std::abs(points(0, n)) < 1.5f) near.push_back(n);
-  }
-  points = Eigen::Matrix3Xf(points(Eigen::all, near));
+  points = withinAlongX(points, 1.5f);
   for (unsigned seed = 0; seed < 5; ++seed) {
     const Eigen::Isometry3d prior = perturbed(truth, 0.1, 0.05, seed);
     const RegistrationResult result = registration.align(points, prior);
@@ -221,11 +227,7 @@ TEST(Registration, TheAnswerIsThePriorAlongACorridorWhateverFoundTheRest) {
   Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
   truth.translation() = Eigen::Vector3d(1.8, 1.4, 1.1);
   Eigen::Matrix3Xf points = castRays(corridor, truth, test::directions(2500));
-  std::vector<Eigen::Index> near;
-  for (Eigen::Index n = 0; n < points.cols(); ++n) {
-    if (std::abs(points(0, n)) < 1.5f) near.push_back(n);
-  }
-  points = Eigen::Matrix3Xf(points(Eigen::all, near));
+  points = withinAlongX(points, 1.5f);
   for (unsigned seed = 0; seed < 5; ++seed) {
     Eigen::Isometry3d prior = perturbed(truth, 0.0, 0.05, seed);
     prior.translation() += Eigen::Vector3d(0.2, seed % 2 ? 0.5 : -0.5, 0.3);
