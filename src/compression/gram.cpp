@@ -1,6 +1,7 @@
 #include "gram.h"
 
 #include <algorithm>
+#include <cstring>
 #include <vector>
 
 namespace ttsdf {
@@ -17,18 +18,20 @@ using TileKernel = void (*)(const double* a, const double* b, int m, double* til
 /// into permutations, or keeps the tile in memory.
 template <int kBytes>
 [[gnu::always_inline]] inline void multiplyTile(const double* a, const double* b, int m, double* tile) {
-  typedef double Vector __attribute__((vector_size(kBytes), aligned(sizeof(double)), may_alias));
+  typedef double Vector __attribute__((vector_size(kBytes)));
   constexpr int kLanes = kBytes / static_cast<int>(sizeof(double)), kVectors = kTile / kLanes;
   for (int p0 = 0; p0 < kTile; p0 += kLanes) {
     Vector acc[kLanes][kVectors] = {};
     for (int t = 0; t < m; ++t) {
-      const Vector* row = reinterpret_cast<const Vector*>(b + t * kTile);
+      Vector row[kVectors];  // by memcpy: GCC 10 forgets the alignment of a vector type that depends on a
+                             // parameter
+      std::memcpy(row, b + t * kTile, sizeof(row));
       for (int p = 0; p < kLanes; ++p) {
         for (int v = 0; v < kVectors; ++v) acc[p][v] += a[t * kTile + p0 + p] * row[v];
       }
     }
     for (int p = 0; p < kLanes; ++p) {
-      for (int v = 0; v < kVectors; ++v) reinterpret_cast<Vector*>(tile + (p0 + p) * kTile)[v] = acc[p][v];
+      std::memcpy(tile + (p0 + p) * kTile, acc[p], sizeof(acc[p]));
     }
   }
 }
