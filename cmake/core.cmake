@@ -51,6 +51,7 @@ ttsdf_library(ttsdf_core
     src/registration/verification.cpp
     src/registration/registration.cpp
     src/registration/descent.cpp
+    src/registration/multi_start.cpp
     src/registration/ray_check.cpp
     src/registration/start_poses.cpp
     src/registration/search.cpp

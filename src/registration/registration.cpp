@@ -50,15 +50,6 @@ bool hasInside(const DistanceField& field) {
   return near > 0 && inside >= kShare * near;
 }
 
-/// Share of the information that a direction along flat walls shows by the noise of the map's gradients
-/// alone: more where residuals are large.
-double gradientNoise(const NormalEquations& equations, double voxel) {
-  constexpr double kLeast = 0.001, kMore = 0.002, kRmsVoxels = 0.5;
-  const double rms = std::sqrt(equations.inlier_squares / std::max(1, equations.inliers));
-  const double share = rms / (kRmsVoxels * voxel);
-  return kLeast + kMore * std::min(1.0, share * share);
-}
-
 }  // namespace
 
 class Registration::Impl {
@@ -442,7 +433,8 @@ class Registration::Impl {
   Matrix6d measuredCovariance(const StageResult& stage) const {
     const Matrix6d about_centroid =
         sandwichCovariance(*field_, scan_, stage.T_map_sensor, stage.equations, model(scales_.last),
-                           kClusterSize, options_.degenerate_threshold, kUnmeasured);
+                           std::max(scan_.radius() / kCovarianceClusters, scales_.voxel),
+                           options_.degenerate_threshold, kUnmeasured);
     // Twists about the sensor's position: its translation also moves by the rotation times the lever arm.
     Matrix6d shift = Matrix6d::Identity();
     shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());
@@ -484,7 +476,7 @@ class Registration::Impl {
   static constexpr int kRestartSteps = 10;
   static constexpr std::size_t kRestartsRefined = 3;
   static constexpr int kRays = 100;
-  static constexpr double kClusterSize = 0.3;        // [m]
+  static constexpr double kCovarianceClusters = 4.0;  // per radius of the scan
   static constexpr double kUnmeasured = 1e3;         // [m] standard deviation of what a scan does not measure
   static constexpr double kGridShift = 0.2;          // of a voxel, by which all surfaces are off
   static constexpr double kClustersPerRadius = 4.0;  // of the verification

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "descent.h"
+#include "multi_start.h"
 #include "result.h"
 #include "start_poses.h"
 
@@ -28,11 +28,8 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
                               const std::optional<Matrix6d>& covariance) {
   const auto begin = std::chrono::steady_clock::now();
   searchOptionTable().validate(options);
-  ScanBuffer scan;
-  scan.setSensor(sensorModel(registration.options().sensor),
-                 0.5 * registration.field().geometry().voxel_size);
-  scan.assign(points, options.coarse_points);
-  if (scan.size() < 6 || !T_map_sensor_prior.matrix().allFinite())
+  const MultiStart search(registration, points, options.coarse_points);
+  if (search.points() < 6 || !T_map_sensor_prior.matrix().allFinite())
     return registration.align(points, T_map_sensor_prior);
 
   Matrix6d spread = Matrix6d::Zero();
@@ -42,26 +39,12 @@ RegistrationResult searchNear(Registration& registration, const ScanPoints& poin
   const auto starts = startsAround(relativeTo(geometry, T_map_sensor_prior), covariance.value_or(spread),
                                    options.starts, options.seed);
 
-  const DistanceField& coarse =
-      registration.longRangeField() ? *registration.longRangeField() : registration.field();
-  DescentOptions wide;
-  wide.scales = {1.0, 1.0, 0.5, 0.5, 0.5, 0.3, 0.3, 0.15, 0.15};
-  wide.score_scale = 0.08;
-  auto candidates = bestDistinct(descendAll(coarse, scan, starts, wide),
-                                 static_cast<std::size_t>(2 * options.refined), 0.05, 0.05);
-  // A second look in the fine field decides which ones deserve all points.
-  std::vector<Eigen::Isometry3d> middle;
-  for (const Candidate& c : candidates) middle.push_back(c.T_map_sensor);
-  DescentOptions narrow;
-  narrow.scales = {0.15, 0.1, 0.1};
-  candidates = bestDistinct(descendAll(registration.field(), scan, middle, narrow),
-                            static_cast<std::size_t>(options.refined), 0.03, 0.03);
-
+  MultiStart::Options around;
+  around.refined = static_cast<std::size_t>(options.refined);
   std::vector<Eigen::Isometry3d> found{T_map_sensor_prior};
-  for (const Candidate& c : candidates) found.push_back(inMapFrame(geometry, c.T_map_sensor));
+  for (const Eigen::Isometry3d& T : search.places(starts, around)) found.push_back(T);
   RegistrationResult best = registration.alignFrom(
       points, found, PosePrior::fromCovariance(T_map_sensor_prior, covariance.value_or(spread)));
-  best.iterations += static_cast<int>(starts.size() * wide.scales.size());
   best.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return best;

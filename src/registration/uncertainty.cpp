@@ -18,17 +18,9 @@ constexpr int kPoints = 1000;
 
 constexpr double kNoInformation = 1e-6;
 
-/// Share of the information that a direction along flat walls shows by the noise of the map's gradients
-/// alone: 0.003 where residuals are 1 cm, less where they say that the map is better.
-double gradientNoise(const NormalEquations& equations) {
-  constexpr double kLeast = 0.001, kMore = 0.002, kRms = 0.01;  // [m]
-  const double squares = equations.inlier_squares / std::max(1, equations.inliers);
-  return kLeast + kMore * std::min(1.0, squares / (kRms * kRms));
-}
-
-// Points of one orientation within a cell of this size [m] are taken to lie on the same surface. Cells meet
-// at the scan's centroid: a wall may be off, and tilted.
-constexpr double kSurfaceSize = 1.5;
+// Points of one orientation within a cell of this size, in radii of the scan, are taken to lie on the same
+// surface. Cells meet at the scan's centroid: a wall may be off, and tilted.
+constexpr double kSurfaceRadii = 1.5;
 // Offset of a surface that leaves no trace at all in the residuals, in voxels: interpolation, steps of the
 // sensor.
 constexpr double kHiddenOffset = 0.025;
@@ -48,14 +40,14 @@ std::uint64_t cellKey(float x, float y, float z, double size) {
   return quantise(x) | (quantise(y) << 21) | (quantise(z) << 42);
 }
 
-/// One per axis and sense of the normal, and cell of kSurfaceSize about `centre`.
+/// One per axis and sense of the normal, and cell of `size` [m] about `centre`.
 std::uint64_t surfaceKey(const Eigen::Vector3f& point, const Eigen::Vector3d& normal,
-                         const Eigen::Vector3f& centre) {
+                         const Eigen::Vector3f& centre, double size) {
   int axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
   const Eigen::Vector3f p = point - centre;
   const auto side = static_cast<std::uint64_t>(2 * axis + (normal[axis] > 0.0 ? 1 : 0));
-  return 8 * cellKey(p.x(), p.y(), p.z(), kSurfaceSize) + side;
+  return 8 * cellKey(p.x(), p.y(), p.z(), size) + side;
 }
 
 Scores scoresOf(const DistanceField& field, const ScanBuffer& scan, int count,
@@ -66,6 +58,7 @@ Scores scoresOf(const DistanceField& field, const ScanBuffer& scan, int count,
   const Eigen::Vector3f centre = (T_map_sensor * scan.centroid()).cast<float>();
   const Eigen::Matrix3Xf points = lever.colwise() + centre;
   const FieldSamples samples = field.evaluate(points);
+  const double surface = kSurfaceRadii * std::max(scan.radius(), 1e-3);
   Scores result;
   result.reserve(static_cast<std::size_t>(count));
   for (int n = 0; n < count; ++n) {
@@ -81,7 +74,7 @@ Scores scoresOf(const DistanceField& field, const ScanBuffer& scan, int count,
     Vector6d J;
     J << lever.col(n).cast<double>().cross(gradient), gradient;
     result.push_back({cellKey(points(0, n), points(1, n), points(2, n), cluster),
-                      surfaceKey(points.col(n), gradient, centre), weight, r, J});
+                      surfaceKey(points.col(n), gradient, centre, surface), weight, r, J});
   }
   return result;
 }
@@ -123,6 +116,13 @@ class SharedVariance {
 
 }  // namespace
 
+double gradientNoise(const NormalEquations& equations, double voxel) {
+  constexpr double kLeast = 0.001, kMore = 0.002, kRmsVoxels = 0.5;
+  const double rms = std::sqrt(equations.inlier_squares / std::max(1, equations.inliers));
+  const double share = rms / (kRmsVoxels * voxel);
+  return kLeast + kMore * std::min(1.0, share * share);
+}
+
 Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
                             const Eigen::Isometry3d& T_map_sensor, const NormalEquations& equations,
                             const ResidualModel& model, double cluster_size, double weak_threshold,
@@ -159,7 +159,8 @@ Matrix6d sandwichCovariance(const DistanceField& field, const ScanBuffer& scan,
     const Vector6d twist = scaled_twist(sum);
     B += offset_variance * twist * twist.transpose();
   });
-  const double noise = gradientNoise(equations), known_from = std::max(weak_threshold, kNoInformation);
+  const double noise = gradientNoise(equations, field.geometry().voxel_size),
+               known_from = std::max(weak_threshold, kNoInformation);
   Vector6d inverse = Vector6d::Zero();
   for (int d = 0; d < 6; ++d) {
     // What the noise of the map's gradients shows says nothing.

@@ -8,6 +8,10 @@
 
 namespace ttsdf {
 
+/// Share of the information that a direction along flat walls shows by the noise of the map's gradients
+/// alone: more where residuals are large.
+double gradientNoise(const NormalEquations& equations, double voxel);
+
 /// Cluster-robust ("sandwich") covariance H^-1 B H^-1 of the twist about the scan's centroid, where B sums
 /// the outer products of the score of clusters: neighbouring points see the same map and sensor errors, so
 /// they must not count as independent. Clusters are cells of `cluster_size` [m] of the map frame. To B comes
