@@ -24,7 +24,11 @@ std::string importScene(const std::string& path) {
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   const aiScene* scene =
       importer.ReadFile(path, aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
-  if (!scene) throw std::runtime_error("mesh '" + path + "': " + importer.GetErrorString());
+  if (!scene) {
+    const std::string words = importer.GetErrorString();  // some releases say nothing
+    throw std::runtime_error("mesh '" + path + "': assimp cannot read it" +
+                             (words.empty() ? "" : ": " + words));
+  }
   std::string vertices, triangles;
   std::uint64_t counts[2] = {0, 0};
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {

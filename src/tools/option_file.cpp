@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kDeepest = 16;
 constexpr std::size_t kMostBytes = 1 << 20;
+constexpr int kMostEvents = 1 << 20;
 
 /// Goes through a document without building anything of it; yaml-cpp descends by recursion, and this ends it
 /// early.
@@ -21,12 +22,14 @@ class Guard : public YAML::EventHandler {
   explicit Guard(std::string file) : file_(std::move(file)) {}
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override { count(); }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
     throw std::runtime_error(file_ + "got an alias in line " + std::to_string(mark.line + 1) +
                              ", wanted plain values");
   }
-  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {
+    count();
+  }
   void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
                        YAML::EmitterStyle::value) override {
     deeper(mark);
@@ -39,7 +42,12 @@ class Guard : public YAML::EventHandler {
   void OnMapEnd() override { --depth_; }
 
  private:
+  /// yaml-cpp 0.6 goes on for ever over some broken texts.
+  void count() {
+    if (++events_ > kMostEvents) throw std::runtime_error(file_ + "is no YAML: its parts do not end");
+  }
   void deeper(const YAML::Mark& mark) {
+    count();
     if (++depth_ > kDeepest) {
       throw std::runtime_error(file_ + "is nested deeper than " + std::to_string(kDeepest) +
                                " levels in line " + std::to_string(mark.line + 1));
@@ -47,7 +55,7 @@ class Guard : public YAML::EventHandler {
   }
 
   std::string file_;
-  int depth_ = 0;
+  int depth_ = 0, events_ = 0;
 };
 
 }  // namespace

@@ -434,8 +434,12 @@ std::string section(const std::vector<std::pair<std::string, std::string>>& rows
       "`TTSDF_UPDATE_CONFIG=1` in the environment of that test.\n\n"
       "| mistake | what the tool says |\n|---|---|\n";
   for (const auto& [what, message] : rows) {
+    // assimp's own words differ from release to release.
+    constexpr char kOurs[] = "assimp cannot read it";
+    const std::size_t ours = message.find(kOurs);
     std::string cell;
-    for (const char c : message) cell += c == '|' ? std::string("\\|") : std::string(1, c);
+    for (const char c : message.substr(0, ours == std::string::npos ? ours : ours + sizeof(kOurs) - 1))
+      cell += c == '|' ? std::string("\\|") : std::string(1, c);
     text += "| " + what + " | " + cell + " |\n";
   }
   return text;

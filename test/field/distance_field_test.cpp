@@ -210,8 +210,10 @@ TEST_P(DistanceFieldTest, BatchesOfAnySizeGiveTheSameAnswers) {
   for (const int size : {0, 1, 15, 16, 17, 255, 256, 257, 513}) {
     const FieldSamples part = field->evaluate(points.leftCols(size).eval());
     ASSERT_EQ(part.values.size(), size);
-    EXPECT_EQ(part.values, all.values.head(size)) << size;
-    EXPECT_EQ(part.gradients, all.gradients.leftCols(size)) << size;
+    if (size == 0) continue;
+    // To rounding: the last points of a batch may be computed one by one, with or without fused operations.
+    EXPECT_LT((part.values - all.values.head(size)).cwiseAbs().maxCoeff(), 1e-6f) << size;
+    EXPECT_LT((part.gradients - all.gradients.leftCols(size)).cwiseAbs().maxCoeff(), 1e-5f) << size;
   }
 }
 

@@ -115,8 +115,8 @@ class Localization(RobotTestCase):
             return next((s for name, s in r.diagnostics.items() if name.endswith(task)), None)
         self.assertTrue(r.wait_for(lambda: all(level(t) is not None and level(t).level == 0 for t in
                                                ('localization', 'scans', 'transforms'))), str(r.diagnostics))
-        values = {v.key: v.value for v in level('scans').values}
-        self.assertGreater(float(values['rate [Hz]']), 0.0)
+        self.assertTrue(r.wait_for(lambda: float({v.key: v.value for v in level('scans').values}['rate [Hz]']) > 0.0),
+                        str(level('scans')))
         self.assertIn('map -> odom', level('transforms').message)
 
     def test_pause_and_go_on(self):
