@@ -143,7 +143,7 @@ class Faults(RobotTestCase):
         for _ in range(3):
             first = threading.Thread(target=load, args=(folder + '/room.ttsdf',))
             first.start()
-            time.sleep(0.02)
+            time.sleep(0.06)  # so that it arrives first
             self.assertTrue(load(folder + '/room_rank_25.ttsdf').success)
             first.join()
             time.sleep(0.3)
