@@ -22,7 +22,9 @@ ttsdf_unit_test(ros/map_builder_config_test.cpp LIBS ttsdf_map_builder yaml-cpp)
 if(TARGET ros_map_builder_config_test)
   target_compile_definitions(ros_map_builder_config_test PRIVATE TTSDF_CONFIG_DIR="${CMAKE_CURRENT_SOURCE_DIR}/config")
 endif()
-ttsdf_rostest(bag_replay.test DEPENDS ttsdf_map_builder_nodelet ttsdf_localization_nodelet)
+if(TTSDF_DEPTH_TO_CLOUD)
+  ttsdf_rostest(bag_replay.test DEPENDS ttsdf_map_builder_nodelet ttsdf_localization_nodelet)
+endif()
 
 # ---- a bag without a master ------------------------------------------------------------------------------------------
 find_package(rosbag_storage REQUIRED)
