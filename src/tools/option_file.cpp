@@ -2,10 +2,13 @@
 
 #include <yaml-cpp/eventhandler.h>
 
+#include <cctype>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
 namespace ttsdf {
 
@@ -58,6 +61,32 @@ class Guard : public YAML::EventHandler {
   int depth_ = 0, events_ = 0;
 };
 
+/// Throws if a list or a map in brackets has no end: yaml-cpp before 0.7 then looks for it for ever.
+void requireClosedBrackets(const std::string& text, const std::string& file) {
+  std::vector<int> open;  // lines of brackets
+  char quote = 0;
+  int line = 1;
+  for (std::size_t n = 0; n < text.size(); ++n) {
+    const char c = text[n];
+    if (c == '\n') ++line;
+    if (quote != 0) {
+      if (quote == '"' && c == '\\') ++n;
+      if (c == quote) quote = 0;
+    } else if (c == '\'' || c == '"') {
+      if (n == 0 || std::strchr(" \t\n,:[{", text[n - 1]) != nullptr) quote = c;  // else inside a word
+    } else if (c == '#' && (n == 0 || std::isspace(static_cast<unsigned char>(text[n - 1])))) {
+      while (n + 1 < text.size() && text[n + 1] != '\n') ++n;
+    } else if (c == '[' || c == '{') {
+      open.push_back(line);
+    } else if ((c == ']' || c == '}') && !open.empty()) {
+      open.pop_back();
+    }
+  }
+  if (!open.empty())
+    throw std::runtime_error(file + "got a bracket in line " + std::to_string(open.back()) +
+                             " that is not closed");
+}
+
 }  // namespace
 
 YAML::Node loadOptionFile(const std::string& path) {
@@ -71,6 +100,7 @@ YAML::Node loadOptionFile(const std::string& path) {
     throw std::runtime_error(name + "got " + std::to_string(text.str().size()) +
                              " bytes, wanted at most a megabyte");
   }
+  requireClosedBrackets(text.str(), name);
   try {
     YAML::Parser parser(text);
     Guard guard(name);
