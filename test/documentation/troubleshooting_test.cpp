@@ -228,12 +228,13 @@ std::vector<Mistake> mistakes() {
                  return mesh(w, "a.ply", Workshop::box(), {"--config", w.write("o.yaml", "a: &a [*a]\n")});
                },
                "alias"});
-  m.push_back(
-      {"An option file nested too deep", build,
-       [](W w) {
-         return mesh(w, "a.ply", Workshop::box(), {"--config", w.write("o.yaml", std::string(5000, '['))});
-       },
-       "nested"});
+  m.push_back({"An option file nested too deep", build,
+               [](W w) {
+                 return mesh(
+                     w, "a.ply", Workshop::box(),
+                     {"--config", w.write("o.yaml", std::string(5000, '[') + std::string(5000, ']'))});
+               },
+               "nested"});
   // clouds, volumes, octrees
   m.push_back({"A cloud of whole numbers", build,
                [](W w) {

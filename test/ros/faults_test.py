@@ -146,8 +146,7 @@ class Faults(RobotTestCase):
             time.sleep(0.06)  # so that it arrives first
             self.assertTrue(load(folder + '/room_rank_25.ttsdf').success)
             first.join()
-            time.sleep(0.3)
-            self.assertEqual(self.recorder.statuses[-1].map_id, other)
+            self.assertTrue(self.recorder.wait_for(lambda: self.recorder.statuses[-1].map_id == other), 'another map')
         self.assertTrue(load(folder + '/room.ttsdf').success)
 
     def test_a_robot_that_stands_still_needs_no_scans(self):
