@@ -19,7 +19,7 @@ struct SearchOptions {
 const OptionTable<SearchOptions>& searchOptionTable();
 
 struct GlobalOptions {
-  int starts = 2000;  ///< with gravity known
+  int starts = 3000;  ///< with gravity known
   int starts_without_gravity = 14000;
   int coarse_points = 300;
   int refined = 12;
