@@ -141,7 +141,8 @@ class Faults(RobotTestCase):
         load = rospy.ServiceProxy(self.recorder.private + '/load_map', LoadMap)
         other = load(folder + '/room_rank_25.ttsdf').map_id
         for _ in range(3):
-            first = threading.Thread(target=load, args=(folder + '/room.ttsdf',))
+            other_load = rospy.ServiceProxy(self.recorder.private + '/load_map', LoadMap)  # a proxy is for one thread
+            first = threading.Thread(target=other_load, args=(folder + '/room.ttsdf',))
             first.start()
             time.sleep(0.06)  # so that it arrives first
             self.assertTrue(load(folder + '/room_rank_25.ttsdf').success)
