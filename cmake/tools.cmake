@@ -35,7 +35,7 @@ ttsdf_library(ttsdf_tools
     src/tools/scan_io.cpp
     src/tools/spectra.cpp
   PUBLIC ttsdf_core ttsdf_compression ttsdf_readers JsonCpp::JsonCpp
-  PRIVATE Boost::program_options ${YAML_CPP_LIBRARIES})
+  PRIVATE Boost::program_options ttsdf_yaml)
 
 ttsdf_tool(ttsdf_build SOURCES src/tools/ttsdf_build.cpp src/tools/build_sources.cpp LIBS ttsdf_tools ttsdf_mapping ttsdf_exports)
 ttsdf_tool(ttsdf_export SOURCES src/tools/ttsdf_export.cpp LIBS ttsdf_tools ttsdf_exports)
