@@ -17,11 +17,11 @@ const Eigen::Vector3d kLow(-0.3, -0.3, -0.3), kHigh(8.3, 3.3, 2.7);
 const Eigen::Vector3d kUtm(356789.0, 5412345.0, 123.0);
 
 PlacedField placed(const Eigen::Vector3d& low, const Eigen::Vector3d& high, const Eigen::Isometry3d& T,
-                   const std::string& name) {
+                   const std::string& name, int rank = 40) {
   PlacedField map;
   map.name = name;
   map.T_atlas_map = T;
-  map.field = makeField(partOf(twoRooms, low, high, T));
+  map.field = makeField(partOf(twoRooms, low, high, T, 0.05, rank));
   map.far = makeLongRangeField(*map.field);
   return map;
 }
@@ -37,7 +37,7 @@ class TwoMaps : public ::testing::Test {
   static void SetUpTestSuite() {
     left = placed(kLow, {4.5, 3.3, 2.7}, Eigen::Isometry3d::Identity(), "left");
     right = placed({3.5, -0.3, -0.3}, kHigh, turnedBy(0.7, {3.0, 1.0, 0.2}), "right");
-    one = placed(kLow, kHigh, Eigen::Isometry3d::Identity(), "both");
+    one = placed(kLow, kHigh, Eigen::Isometry3d::Identity(), "both", 60);  // twice as long, more to say
   }
   static PlacedField left, right, one;
 };
@@ -114,7 +114,8 @@ TEST_F(TwoMaps, CrossingTheBorderDoesNotMoveThePose) {
   const auto atlas = std::make_shared<const AtlasField>(std::vector<PlacedField>{left, right});
   Registration in_two(atlas, {}, atlas->farField()), in_one(one.field, {}, one.far);
   double worst = 0.0, worst_truth = 0.0;
-  for (double x = 2.0; x <= 6.01; x += 0.125) {
+  // Further on the camera sees nothing but the end wall.
+  for (double x = 2.0; x <= 5.4; x += 0.125) {
     Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
     truth.translation() << x, 1.6, 1.3;
     // Level, looking along the way.
@@ -131,7 +132,7 @@ TEST_F(TwoMaps, CrossingTheBorderDoesNotMoveThePose) {
   EXPECT_LT(worst, 0.002);
   RecordProperty("worst_um", static_cast<int>(1e6 * worst));
   RecordProperty("worst_truth_um", static_cast<int>(1e6 * worst_truth));
-  EXPECT_LT(worst_truth, 0.006);
+  EXPECT_LT(worst_truth, 0.003);
 }
 
 TEST_F(TwoMaps, CoordinatesOfASurveyWillDo) {
