@@ -10,5 +10,8 @@ ttsdf_library(ttsdf_atlas
     src/atlas/atlas_members.cpp
     src/atlas/atlas_field.cpp
     src/atlas/atlas_far_field.cpp
+    src/atlas/map_ranking.cpp
+    src/atlas/map_shelf.cpp
+    src/atlas/atlas_loader.cpp
   PUBLIC ttsdf_core
   PRIVATE ttsdf_yaml Threads::Threads)
