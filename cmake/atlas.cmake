@@ -13,5 +13,7 @@ ttsdf_library(ttsdf_atlas
     src/atlas/map_ranking.cpp
     src/atlas/map_shelf.cpp
     src/atlas/atlas_loader.cpp
+    src/atlas/place_index.cpp
+    src/atlas/atlas_search.cpp
   PUBLIC ttsdf_core
   PRIVATE ttsdf_yaml Threads::Threads)
