@@ -41,13 +41,6 @@ std::vector<AtlasCandidate> distinct(std::vector<AtlasCandidate> found, double s
   return kept;
 }
 
-double rankedDifference(const std::string& map, const std::vector<PlaceIndex::Ranked>& ranked) {
-  for (const auto& one : ranked) {
-    if (one.map == map) return one.difference;
-  }
-  return 1.0;
-}
-
 }  // namespace
 
 AtlasLocation locateInAtlas(const PlaceIndex& index, const MapByName& maps, const ScanPoints& points,
@@ -80,8 +73,7 @@ AtlasLocation locateInAtlas(const PlaceIndex& index, const MapByName& maps, cons
     if (good) location.reason = alike ? TerminationReason::kAmbiguous : TerminationReason::kConverged;
     location.success = good && !alike && list[0].result.success;
     if (good && !alike && !location.success) location.reason = list[0].result.reason;
-    if (location.success && count < ranked.size() &&
-        ranked[count].difference - rankedDifference(list[0].map, ranked) < options.unsearched_margin) {
+    if (location.success && count < ranked.size() && ranked[count].difference < options.excluded_difference) {
       location.reason = TerminationReason::kUnsure;
       location.success = false;
     }

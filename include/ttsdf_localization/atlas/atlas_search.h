@@ -11,9 +11,9 @@ namespace ttsdf {
 struct AtlasSearchOptions {
   int max_maps = 4;         ///< maps that are searched, in the order of the index
   double same_place = 0.5;  ///< poses of two maps this near to each other are one answer [m]
-  /// A map that was not searched has to look so much less alike (index) than the one found; else the answer
-  /// is kUnsure: the scan may have been taken there.
-  double unsearched_margin = 0.1;
+  /// Maps that differ more from the scan (index) need not be searched. Where max_maps ends before that,
+  /// nothing is accepted (kUnsure): a map that fits may not be the only one.
+  double excluded_difference = 0.45;
   double min_margin = 0.02;  ///< score + blocked_ratio of another place must be worse by this much
   RegistrationOptions registration;
   GlobalOptions global;
