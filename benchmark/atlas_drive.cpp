@@ -11,8 +11,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include "ttsdf_localization/atlas/atlas_loader.h"
+#include "ttsdf_localization/atlas/atlas_search.h"
 #include "ttsdf_localization/field/long_range_field.h"
 #include "ttsdf_localization/frames/depth_image.h"
 #include "ttsdf_localization/frames/frame_folder.h"
@@ -33,20 +35,9 @@ double resident() {
   return pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1048576.0;
 }
 
-ScanPoints pointsOf(const DepthImage& image, const CameraIntrinsics& k) {
+ScanPoints pointsOf(const DepthImage& image, const CameraIntrinsics& intrinsics) {
   constexpr int kEvery = 4;
-  std::vector<Eigen::Vector3f> points;
-  for (int v = 0; v < image.height; v += kEvery) {
-    for (int u = 0; u < image.width; u += kEvery) {
-      const float z = image.depth[static_cast<std::size_t>(v * image.width + u)];
-      if (!(z > 0.0F)) continue;
-      points.emplace_back(z * static_cast<float>((u - k.cx) / k.fx),
-                          z * static_cast<float>((v - k.cy) / k.fy), z);
-    }
-  }
-  ScanPoints matrix(3, static_cast<Eigen::Index>(points.size()));
-  for (std::size_t n = 0; n < points.size(); ++n) matrix.col(static_cast<Eigen::Index>(n)) = points[n];
-  return matrix;
+  return toPoints(image, intrinsics, kEvery, 0.2, 10.0);
 }
 
 struct Figures {
@@ -128,6 +119,51 @@ void drive(const std::string& folder, const std::string& whole, const std::strin
       exchanges, 1e3 * longest_want, behind, static_cast<double>(most_bytes) / 1048576.0, most_memory);
 }
 
+/// Scans without a prior: which map, and where.
+void whichMap(const std::string& folder, const std::string& frames_folder) {
+  const FrameFolder frames(frames_folder);
+  const Atlas atlas = readAtlas(folder);
+  std::map<std::string, PlacedField> maps;
+  PlaceIndex index;
+  auto begin = Clock::now();
+  for (const AtlasMap& entry : atlas.maps) {
+    PlacedField map;
+    map.name = entry.name;
+    map.T_atlas_map = entry.T_atlas_map;
+    map.field = makeField(loadMap(mapPath(folder, entry)));
+    map.far = makeLongRangeField(*map.field);
+    index.add(map);
+    maps[entry.name] = map;
+  }
+  std::printf("index: %zu places, %zu bytes, maps and index made in %.1f s\n", index.placeCount(),
+              index.memoryBytes(), since(begin));
+  int right = 0, wrong = 0, ambiguous = 0, unsure = 0, holding_first = 0, scans = 0;
+  AtlasSearchOptions options;
+  options.max_maps = static_cast<int>(atlas.maps.size());
+  begin = Clock::now();
+  for (const FrameEntry& frame : frames.select(14, 3)) {
+    const Eigen::Isometry3d truth = frames.pose(frame);
+    const ScanPoints scan = pointsOf(frames.depth(frame), frames.intrinsics());
+    const Eigen::Vector3d down = truth.linear().transpose() * -Eigen::Vector3d::UnitZ();
+    ++scans;
+    const auto ranked = index.rank(scan, down);
+    holding_first += atlas.find(ranked.front().map)->box().depth(truth.translation()) > 0.0 ? 1 : 0;
+    const AtlasLocation found = locateInAtlas(
+        index, [&](const std::string& name) { return maps.at(name); }, scan, down, options);
+    if (found.success) {
+      (poseError(truth, found.candidates.front().T_atlas_sensor).translation < 0.1 ? right : wrong) += 1;
+    } else {
+      (found.reason == TerminationReason::kAmbiguous ? ambiguous : unsure) += 1;
+    }
+  }
+  std::printf(
+      "which map: %d scans, %d within 10 cm, %d wrong, %d ambiguous, %d refused; %.2f s a scan; the index's "
+      "first map "
+      "holds the camera in %d\n",
+      scans, right, wrong, ambiguous, unsure, since(begin) / scans, holding_first);
+  std::fflush(stdout);
+}
+
 /// Copies of the first map on a square, each 7 m from the next.
 void countMaps(const std::string& folder) {
   const Atlas source = readAtlas(folder);
@@ -184,6 +220,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   drive(argv[1], argv[2], argv[3], argc > 4 ? std::atof(argv[4]) : 8.0);
+  whichMap(argv[1], argv[3]);
   countMaps(argv[1]);
   return 0;
 }
