@@ -120,7 +120,7 @@ void drive(const std::string& folder, const std::string& whole, const std::strin
 }
 
 /// Scans without a prior: which map, and where.
-void whichMap(const std::string& folder, const std::string& frames_folder) {
+void whichMap(const std::string& folder, const std::string& frames_folder, int offset) {
   const FrameFolder frames(frames_folder);
   const Atlas atlas = readAtlas(folder);
   std::map<std::string, PlacedField> maps;
@@ -141,7 +141,7 @@ void whichMap(const std::string& folder, const std::string& frames_folder) {
   AtlasSearchOptions options;
   options.max_maps = static_cast<int>(atlas.maps.size());
   begin = Clock::now();
-  for (const FrameEntry& frame : frames.select(14, 3)) {
+  for (const FrameEntry& frame : frames.select(14, offset)) {
     const Eigen::Isometry3d truth = frames.pose(frame);
     const ScanPoints scan = pointsOf(frames.depth(frame), frames.intrinsics());
     const Eigen::Vector3d down = truth.linear().transpose() * -Eigen::Vector3d::UnitZ();
@@ -151,7 +151,12 @@ void whichMap(const std::string& folder, const std::string& frames_folder) {
     const AtlasLocation found = locateInAtlas(
         index, [&](const std::string& name) { return maps.at(name); }, scan, down, options);
     if (found.success) {
-      (poseError(truth, found.candidates.front().T_atlas_sensor).translation < 0.1 ? right : wrong) += 1;
+      const double error = poseError(truth, found.candidates.front().T_atlas_sensor).translation;
+      (error < 0.1 ? right : wrong) += 1;
+      if (error >= 0.1) {
+        std::printf("wrong by %.2f m: score %.3f, the next place %.3f\n", error, found.candidates[0].score(),
+                    found.candidates.size() > 1 ? found.candidates[1].score() : 1.0);
+      }
     } else {
       (found.reason == TerminationReason::kAmbiguous ? ambiguous : unsure) += 1;
     }
@@ -220,7 +225,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   drive(argv[1], argv[2], argv[3], argc > 4 ? std::atof(argv[4]) : 8.0);
-  whichMap(argv[1], argv[3]);
+  for (const int offset : {3, 7, 10}) whichMap(argv[1], argv[3], offset);
   countMaps(argv[1]);
   return 0;
 }

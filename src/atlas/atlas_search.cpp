@@ -73,6 +73,10 @@ AtlasLocation locateInAtlas(const PlaceIndex& index, const MapByName& maps, cons
     if (good) location.reason = alike ? TerminationReason::kAmbiguous : TerminationReason::kConverged;
     location.success = good && !alike && list[0].result.success;
     if (good && !alike && !location.success) location.reason = list[0].result.reason;
+    if (location.success && list[0].score() > options.max_score) {
+      location.reason = TerminationReason::kLowScore;
+      location.success = false;
+    }
     if (location.success && count < ranked.size() && ranked[count].difference < options.excluded_difference) {
       location.reason = TerminationReason::kUnsure;
       location.success = false;

@@ -14,6 +14,9 @@ struct AtlasSearchOptions {
   /// Maps that differ more from the scan (index) need not be searched. Where max_maps ends before that,
   /// nothing is accepted (kUnsure): a map that fits may not be the only one.
   double excluded_difference = 0.45;
+  /// A worse best score + blocked_ratio is refused (kLowScore). Stricter than in one map: of many maps some
+  /// wrong place fits half the scan.
+  double max_score = 0.25;
   double min_margin = 0.02;  ///< score + blocked_ratio of another place must be worse by this much
   RegistrationOptions registration;
   GlobalOptions global;

@@ -97,8 +97,12 @@ void LocalizationRos::subscribe() {
   map_source_ =
       std::make_unique<MapSource>(scan_node_, options_.map, options_.localizer.registration, loaded, failed);
   if (options_.map.map_source == "atlas") {
-    atlas_source_ =
-        std::make_unique<AtlasSource>(options_.map, options_.localizer.registration, loaded, failed);
+    try {
+      atlas_source_ =
+          std::make_unique<AtlasSource>(options_.map, options_.localizer.registration, loaded, failed);
+    } catch (const std::exception& error) {
+      failed(error.what());  // as of a map file that cannot be read
+    }
   }
   if (pipeline_.gravity().wantsImu()) {
     imu_subscriber_ = scan_node_.subscribe<sensor_msgs::Imu>(
