@@ -17,3 +17,6 @@ target_link_libraries(building_benchmark PRIVATE
 add_executable(field_accuracy benchmark/field_accuracy.cpp)
 target_link_libraries(field_accuracy PRIVATE
   ttsdf_tools ttsdf_simulation ttsdf_mapping ttsdf_core ttsdf_warnings)
+
+add_executable(atlas_drive benchmark/atlas_drive.cpp)
+target_link_libraries(atlas_drive PRIVATE ttsdf_atlas ttsdf_mapping ttsdf_core ttsdf_warnings)

@@ -37,6 +37,7 @@ ttsdf_library(ttsdf_mapping
     src/fusion/vdb_import.cpp
     src/fusion/vdb_io.cpp
     src/fusion/vdb_reader.cpp
+    src/fusion/volume_parts.cpp
     src/signed_field/ideal_volume.cpp
     # volume or mesh -> signed field
     src/surface/observed_grid.cpp
@@ -86,6 +87,7 @@ ttsdf_unit_test(fusion/block_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
 ttsdf_unit_test(fusion/carving_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
 ttsdf_unit_test(fusion/cloud_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
 ttsdf_unit_test(fusion/vdb_io_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
+ttsdf_unit_test(fusion/volume_parts_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
 ttsdf_unit_test(frames/real_frames_test.cpp LIBS ttsdf_mapping)
 
 # signed field

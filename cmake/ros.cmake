@@ -74,6 +74,7 @@ ttsdf_ros_library(ttsdf_ros
     src/ros/common/pose_store.cpp
     src/ros/common/gravity_hint.cpp
     src/ros/common/map_source.cpp
+    src/ros/common/atlas_source.cpp
     src/ros/common/scan_queue.cpp
     src/ros/common/scan_localizer.cpp
     src/ros/node/live_parameters.cpp
@@ -86,7 +87,7 @@ ttsdf_ros_library(ttsdf_ros
     src/ros/node/localization_pipeline_global.cpp
     src/ros/node/localization_ros.cpp
     src/ros/node/localization_ros_services.cpp
-  LIBS ttsdf_core PNG::PNG)
+  LIBS ttsdf_core ttsdf_atlas PNG::PNG)
 ttsdf_ros_library(ttsdf_localization_nodelet SOURCES src/nodes/localization_nodelet.cpp LIBS ttsdf_ros)
 ttsdf_node(localization_node SOURCES src/nodes/localization_node.cpp LIBS ttsdf_ros)
 
@@ -109,12 +110,15 @@ if(TARGET make_room_map)
     COMMAND make_room_map "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf" 25
     DEPENDS make_room_map VERBATIM)
   add_custom_target(test_maps DEPENDS "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf")
+  # Both maps as an atlas, in Autoware's form.
+  file(WRITE "${TTSDF_TEST_MAPS}/atlas.yaml"
+    "x_resolution: 10\ny_resolution: 10\nroom.ttsdf: [0, 0]\nroom_rank_25.ttsdf: [0, 0]\n")
   add_dependencies(tests test_maps)
 endif()
 # Every behaviour is asked of the nodelet; the node is a twin of few lines, and is asked one.
 foreach(behaviour
     localization no_odometry external_prior tf_output missing_transforms bad_clouds map_change initialpose time_jump lost
-    quiet traps map_sources start_pose)
+    quiet traps map_sources start_pose atlas)
   ttsdf_rostest(${behaviour}.test DEPENDS test_maps ttsdf_localization_nodelet
     ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=true)
 endforeach()

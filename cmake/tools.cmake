@@ -35,7 +35,7 @@ ttsdf_library(ttsdf_tools
     src/tools/scan_io.cpp
     src/tools/spectra.cpp
   PUBLIC ttsdf_core ttsdf_compression ttsdf_readers JsonCpp::JsonCpp
-  PRIVATE Boost::program_options ${YAML_CPP_LIBRARIES})
+  PRIVATE Boost::program_options ttsdf_yaml)
 
 ttsdf_tool(ttsdf_build SOURCES src/tools/ttsdf_build.cpp src/tools/build_sources.cpp LIBS ttsdf_tools ttsdf_mapping ttsdf_exports)
 ttsdf_tool(ttsdf_export SOURCES src/tools/ttsdf_export.cpp LIBS ttsdf_tools ttsdf_exports)
@@ -43,6 +43,12 @@ ttsdf_tool(ttsdf_info SOURCES src/tools/ttsdf_info.cpp LIBS ttsdf_tools)
 target_compile_definitions(ttsdf_info PRIVATE TTSDF_SCRIPTS_DIR="${CMAKE_CURRENT_SOURCE_DIR}/scripts")
 ttsdf_tool(ttsdf_query SOURCES src/tools/ttsdf_query.cpp LIBS ttsdf_tools)
 ttsdf_tool(ttsdf_convert SOURCES src/tools/ttsdf_convert.cpp LIBS ttsdf_tools ttsdf_mapping)
+# The program ttsdf_atlas; the library has the target of this name.
+ttsdf_tool(ttsdf_atlas_tool
+  SOURCES src/tools/ttsdf_atlas.cpp src/tools/atlas_build.cpp src/tools/atlas_edit.cpp src/tools/atlas_show.cpp
+    src/tools/build_sources.cpp
+  LIBS ttsdf_tools ttsdf_atlas ttsdf_mapping ttsdf_exports)
+set_target_properties(ttsdf_atlas_tool PROPERTIES OUTPUT_NAME ttsdf_atlas)
 
 ttsdf_unit_test(tools/command_line_test.cpp LIBS ttsdf_tools)
 ttsdf_unit_test(tools/map_edit_test.cpp LIBS ttsdf_tools)
@@ -57,7 +63,7 @@ function(ttsdf_tool_test source)
   string(REPLACE ".cpp" "" target "${target}")
   if(TARGET ${target})
     target_compile_definitions(${target} PRIVATE TTSDF_TOOL_DIR="$<TARGET_FILE_DIR:ttsdf_build>")
-    add_dependencies(${target} ttsdf_build ttsdf_export ttsdf_info ttsdf_query ttsdf_convert)
+    add_dependencies(${target} ttsdf_atlas_tool ttsdf_build ttsdf_export ttsdf_info ttsdf_query ttsdf_convert)
     if(TTSDF_BUILD_EVALUATION)
       add_dependencies(${target} ttsdf_register ttsdf_evaluate)
     endif()
@@ -69,6 +75,10 @@ if(TTSDF_BUILD_SIMULATION)
   ttsdf_tool_test(tools/build_tool_test.cpp
     LIBS ttsdf_tools ttsdf_mapping ttsdf_simulation ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY}
     INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
+endif()
+if(TTSDF_BUILD_SIMULATION)
+  ttsdf_tool_test(tools/atlas_tool_test.cpp LIBS ttsdf_tools ttsdf_atlas ttsdf_mapping ttsdf_simulation
+    ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY} INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
 endif()
 ttsdf_unit_test(tools/mutated_files_test.cpp LIBS ttsdf_tools ttsdf_mapping OpenVDB::openvdb ${TTSDF_TBB_LIBRARY})
 ttsdf_tool_test(exports/export_tool_test.cpp LIBS ttsdf_tools ttsdf_exports ${TTSDF_OCTOMAP_LIBRARY} ${TTSDF_OCTOMATH_LIBRARY}

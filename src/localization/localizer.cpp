@@ -22,10 +22,17 @@ Localizer::Localizer(LocalizerOptions options)
 PreparedMap Localizer::prepare(std::shared_ptr<const DistanceField> field, const RegistrationOptions& options,
                                const KeepGoing& keep_going) {
   if (!field) throw std::invalid_argument("Localizer::prepare: got no field, wanted one");
-  PreparedMap map;
   std::shared_ptr<const DistanceField> far;
   if (options.long_range && options.method == "robust") far = makeLongRangeField(*field, {}, keep_going);
   field->warmUp(keep_going);
+  return prepareWith(std::move(field), std::move(far), options);
+}
+
+PreparedMap Localizer::prepareWith(std::shared_ptr<const DistanceField> field,
+                                   std::shared_ptr<const DistanceField> far,
+                                   const RegistrationOptions& options) {
+  if (!field) throw std::invalid_argument("Localizer::prepareWith: got no field, wanted one");
+  PreparedMap map;
   map.registration = std::make_unique<Registration>(field, options, std::move(far));
   RegistrationOptions near = options;
   near.long_range = false;
@@ -33,6 +40,18 @@ PreparedMap Localizer::prepare(std::shared_ptr<const DistanceField> field, const
   map.tracker = std::make_unique<Registration>(field, near, map.registration->longRangeField());
   map.field = std::move(field);
   return map;
+}
+
+void Localizer::exchangeMap(PreparedMap map) {
+  if (!hasMap()) {
+    setMap(std::move(map));
+    return;
+  }
+  if (!map.field || !map.registration || !map.tracker)
+    throw std::invalid_argument("Localizer::exchangeMap: got an empty map");
+  field_ = std::move(map.field);
+  registration_ = std::move(map.registration);
+  tracker_ = std::move(map.tracker);
 }
 
 void Localizer::setMap(PreparedMap map) {

@@ -205,6 +205,20 @@ void warnOfOutliers(const SurfaceMesh& mesh, Progress& progress) {
 
 }  // namespace
 
+TsdfVolume volumeFromSource(const BuildArguments& a, Progress& progress, BuildSource& source) {
+  const BuildProgress show = [&progress](const std::string& step, double share) {
+    progress.update(step, share);
+    return true;
+  };
+  const auto start = std::chrono::steady_clock::now();
+  TsdfVolume volume = !a.frames.empty()  ? fuseFrames(a, progress, source)
+                      : !a.cloud.empty() ? readCloud(a, progress, show)
+                      : !a.vdb.empty()   ? readVolume(a, progress)
+                                         : readTree(a, progress, show);
+  source.seconds = secondsSince(start) - source.comparing;
+  return volume;
+}
+
 BuiltMap buildFromSource(const BuildArguments& a, Progress& progress, BuildSource& source) {
   const BuildProgress show = [&progress](const std::string& step, double share) {
     progress.update(step, share);
@@ -224,11 +238,7 @@ BuiltMap buildFromSource(const BuildArguments& a, Progress& progress, BuildSourc
     source.seconds = secondsSince(start);
     return compress(field, a.fusion, a.build, show);
   }
-  const TsdfVolume volume = !a.frames.empty()  ? fuseFrames(a, progress, source)
-                            : !a.cloud.empty() ? readCloud(a, progress, show)
-                            : !a.vdb.empty()   ? readVolume(a, progress)
-                                               : readTree(a, progress, show);
-  source.seconds = secondsSince(start) - source.comparing;
+  const TsdfVolume volume = volumeFromSource(a, progress, source);
   if (!a.save_vdb.empty()) volume.saveVdb(a.save_vdb);
   return buildMap(volume, a.build, show, source.agreement);
 }

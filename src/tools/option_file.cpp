@@ -1,114 +1,12 @@
 #include "ttsdf_localization/tools/option_file.h"
 
-#include <yaml-cpp/eventhandler.h>
-
-#include <cctype>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <stdexcept>
-#include <vector>
+#include "ttsdf_localization/yaml/plain_yaml.h"
 
 namespace ttsdf {
 
-namespace {
-
-constexpr int kDeepest = 16;
-constexpr std::size_t kMostBytes = 1 << 20;
-constexpr int kMostEvents = 1 << 20;
-
-/// Goes through a document without building anything of it; yaml-cpp descends by recursion, and this ends it
-/// early.
-class Guard : public YAML::EventHandler {
- public:
-  explicit Guard(std::string file) : file_(std::move(file)) {}
-  void OnDocumentStart(const YAML::Mark&) override {}
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark&, YAML::anchor_t) override { count(); }
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
-    throw std::runtime_error(file_ + "got an alias in line " + std::to_string(mark.line + 1) +
-                             ", wanted plain values");
-  }
-  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {
-    count();
-  }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
-                       YAML::EmitterStyle::value) override {
-    deeper(mark);
-  }
-  void OnSequenceEnd() override { --depth_; }
-  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
-                  YAML::EmitterStyle::value) override {
-    deeper(mark);
-  }
-  void OnMapEnd() override { --depth_; }
-
- private:
-  /// yaml-cpp 0.6 goes on for ever over some broken texts.
-  void count() {
-    if (++events_ > kMostEvents) throw std::runtime_error(file_ + "is no YAML: its parts do not end");
-  }
-  void deeper(const YAML::Mark& mark) {
-    count();
-    if (++depth_ > kDeepest) {
-      throw std::runtime_error(file_ + "is nested deeper than " + std::to_string(kDeepest) +
-                               " levels in line " + std::to_string(mark.line + 1));
-    }
-  }
-
-  std::string file_;
-  int depth_ = 0, events_ = 0;
-};
-
-/// Throws if a list or a map in brackets has no end: yaml-cpp before 0.7 then looks for it for ever.
-void requireClosedBrackets(const std::string& text, const std::string& file) {
-  std::vector<int> open;  // lines of brackets
-  char quote = 0;
-  int line = 1;
-  for (std::size_t n = 0; n < text.size(); ++n) {
-    const char c = text[n];
-    if (c == '\n') ++line;
-    if (quote != 0) {
-      if (quote == '"' && c == '\\') ++n;
-      if (c == quote) quote = 0;
-    } else if (c == '\'' || c == '"') {
-      if (n == 0 || std::strchr(" \t\n,:[{", text[n - 1]) != nullptr) quote = c;  // else inside a word
-    } else if (c == '#' && (n == 0 || std::isspace(static_cast<unsigned char>(text[n - 1])))) {
-      while (n + 1 < text.size() && text[n + 1] != '\n') ++n;
-    } else if (c == '[' || c == '{') {
-      open.push_back(line);
-    } else if ((c == ']' || c == '}') && !open.empty()) {
-      open.pop_back();
-    }
-  }
-  if (!open.empty())
-    throw std::runtime_error(file + "got a bracket in line " + std::to_string(open.back()) +
-                             " that is not closed");
-}
-
-}  // namespace
-
 YAML::Node loadOptionFile(const std::string& path) {
-  const std::string name = "option file '" + path + "': ";
-  if (!std::filesystem::is_regular_file(path)) throw std::runtime_error(name + "no such file");
-  std::ifstream in(path, std::ios::binary);
-  std::stringstream text;
-  text << in.rdbuf();
-  if (!in) throw std::runtime_error(name + "cannot be read");
-  if (text.str().size() > kMostBytes) {
-    throw std::runtime_error(name + "got " + std::to_string(text.str().size()) +
-                             " bytes, wanted at most a megabyte");
-  }
-  requireClosedBrackets(text.str(), name);
-  try {
-    YAML::Parser parser(text);
-    Guard guard(name);
-    if (!parser.HandleNextDocument(guard)) return {};
-    return YAML::Load(text.str());
-  } catch (const YAML::Exception& error) {
-    throw std::runtime_error(name + error.what());
-  }
+  constexpr std::size_t kMostBytes = 1 << 20;
+  return loadPlainYaml("option file", path, kMostBytes);
 }
 
 }  // namespace ttsdf

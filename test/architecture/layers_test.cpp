@@ -39,6 +39,8 @@ const std::map<std::string, Names> kMayUse = {
     {"map", {"files", "geometry", "tensor", "field"}},
     {"registration", {"options", "geometry", "tensor", "field", "sensor"}},
     {"localization", {"options", "geometry", "field", "registration"}},
+    {"yaml", {}},
+    {"atlas", {"options", "geometry", "tensor", "field", "map", "files", "registration", "yaml"}},
     // the builder's: from depth or a mesh to a compressed map
     {"compression", {"files", "tensor", "field", "map"}},
     {"readers", {}},
@@ -55,8 +57,10 @@ const std::map<std::string, Names> kMayUse = {
     // plain types of depth images and meshes: no link to their library, checked below
     {"simulation", {"options", "geometry", "tensor", "field", "frames", "surface"}},
     {"evaluation", kCore + kWings + Names{"registration"}},
-    {"tools", kCore + kWings + Names{"registration", "localization", "simulation", "evaluation"}},
-    {"ros", kCore + kWings + Names{"registration", "localization", "simulation", "evaluation", "tools"}},
+    {"tools",
+     kCore + kWings + Names{"registration", "localization", "simulation", "evaluation", "atlas", "yaml"}},
+    {"ros", kCore + kWings +
+                Names{"registration", "localization", "simulation", "evaluation", "tools", "atlas", "yaml"}},
     {"nodes", {"ros", "tools"}},
 };
 
@@ -70,7 +74,7 @@ const std::map<std::string, Names> kOnlyIn = {
     {"pcl", {"evaluation", "pcl", "nodes"}},
     {"open3d", {"evaluation"}},
     {"boost", {"tools", "ros", "nodes"}},
-    {"yaml-cpp", {"tools", "ros"}},
+    {"yaml-cpp", {"yaml", "atlas", "tools", "ros"}},
     {"json", {"tools", "ros"}},
 };
 

@@ -20,7 +20,7 @@ with exit code 0 on success, 2 on wrong usage and 1 on failure, with one line on
 
 SECTIONS = (
     ("Maps, without ROS", "In `devel/lib/ttsdf_localization` of the build folder.",
-     ("ttsdf_build", "ttsdf_export", "ttsdf_info", "ttsdf_query", "ttsdf_convert", "ttsdf_register", "ttsdf_evaluate",
+     ("ttsdf_build", "ttsdf_export", "ttsdf_info", "ttsdf_query", "ttsdf_convert", "ttsdf_atlas", "ttsdf_register", "ttsdf_evaluate",
       "ttsdf_simulate")),
     ("Maps and bags, with ROS libraries but without a master", "In the same folder.", ("offline_localizer",)),
     ("Nodes", "In the same folder; the help needs no master.",

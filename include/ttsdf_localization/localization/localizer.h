@@ -66,11 +66,18 @@ class Localizer {
   /// `keep_going` is asked every few milliseconds; false ends it with Cancelled.
   static PreparedMap prepare(std::shared_ptr<const DistanceField> field, const RegistrationOptions& options,
                              const KeepGoing& keep_going = {});
+  /// The same with a far field that is there already (null: there is none), and a field that is warm.
+  static PreparedMap prepareWith(std::shared_ptr<const DistanceField> field,
+                                 std::shared_ptr<const DistanceField> far,
+                                 const RegistrationOptions& options);
   /// Puts a map into use, at once; the pose is kept and has to prove itself.
   void setMap(PreparedMap map);
   void setMap(std::shared_ptr<const DistanceField> field) {
     setMap(prepare(std::move(field), options_.registration));
   }
+  /// More or fewer maps of one atlas (atlas/atlas_field.h): the frame is the same, so the pose, the state,
+  /// what is usual, and a search that runs stay as they are.
+  void exchangeMap(PreparedMap map);
   bool hasMap() const { return registration_ != nullptr; }
 
   /// Replaces whatever is known about the pose; tried on the next scans.

@@ -33,6 +33,10 @@ struct BuildSource {
   double seconds = 0.0, comparing = 0.0;
 };
 
+/// The volume of frames, a cloud, a .vdb file or an octree. Throws std::runtime_error naming what cannot be
+/// used.
+TsdfVolume volumeFromSource(const BuildArguments& a, Progress& progress, BuildSource& source);
+
 /// Reads the source that the arguments name and builds the map. Notes and warnings go to `progress`. Throws
 /// std::runtime_error naming what cannot be used.
 BuiltMap buildFromSource(const BuildArguments& a, Progress& progress, BuildSource& source);

@@ -72,12 +72,18 @@ const OptionTable<MapSourceOptions>& mapSourceOptionTable() {
   using O = MapSourceOptions;
   static const OptionTable<O> table =
       OptionTable<O>()
-          .add("map_source", &O::map_source, {"file", "topic", "service"},
-               "file (map_file), topic (ttsdf_map) or service (get_map).")
+          .add("map_source", &O::map_source, {"file", "topic", "service", "atlas"},
+               "file (map_file), topic (ttsdf_map), service (get_map) or atlas (atlas_folder).")
           .add("map_file", &O::map_file, {},
                "Map file to load at the start. Empty: wait for ~load_map or ~set_map.")
           .add("map_folder", &O::map_folder, {},
                "~load_map takes files of this folder only: no way out by '..' or a link. Empty: any file.")
+          .add("atlas_folder", &O::atlas_folder, {},
+               "Folder with an atlas.yaml: the maps around the robot are loaded as it drives.")
+          .add("atlas_megabytes", &O::atlas_megabytes, 1.0, 100000.0, "MB",
+               "Memory for all maps of the atlas; each takes at most memory_megabytes.")
+          .add("atlas_radius", &O::atlas_radius, 0.5, 1000.0, "m",
+               "Maps of the atlas at most this far from the robot are in use.")
           .add("max_map_megabytes", &O::max_map_megabytes, 1.0, 100000.0, "MB",
                "Maps whose reading takes more memory are refused.")
           .add("max_map_voxels", &O::max_map_voxels, 1.0, 1.7e10, "",

@@ -25,6 +25,7 @@ namespace ttsdf {
 /// A map that was checked and can be put into use at once.
 struct LoadedMap {
   PreparedMap map;
+  bool of_atlas = false;  ///< exchanged for the one before: pose and state stay
   std::string map_id;
   std::string frame_id;                  ///< the map's own name for its frame
   std::string summary;                   ///< dims, ranks, voxel size, bytes in file and in memory

@@ -107,4 +107,34 @@ void LocalizationDiagnostics::transforms(Wrapper& out) const {
   out.add("transform", view_.tf_frames);
 }
 
+void LocalizationDiagnostics::setAtlas(const AtlasLoaderStatus& status) {
+  if (!atlas_) updater_.add("atlas", [this](Wrapper& out) { atlas(out); });
+  atlas_ = status;
+}
+
+void LocalizationDiagnostics::atlas(Wrapper& out) const {
+  const auto listed = [](const std::vector<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) text += (text.empty() ? "" : " ") + name;
+    return text;
+  };
+  if (atlas_->behind) {
+    out.summary(Level::ERROR, "loading is behind the robot: waiting for " + listed(atlas_->waiting));
+  } else if (!atlas_->failed.empty()) {
+    const auto& [name, why] = *atlas_->failed.begin();
+    out.summary(Level::ERROR, "map '" + name + "': " + why);
+  } else if (atlas_->in_use.empty()) {
+    out.summary(Level::WARN, "no map is in use");
+  } else if (atlas_->over_budget > 0) {
+    out.summaryf(Level::WARN, "no memory for %zu maps that are near (atlas_megabytes)", atlas_->over_budget);
+  } else {
+    out.summaryf(Level::OK, "%zu maps in use", atlas_->in_use.size());
+  }
+  out.add("in use", listed(atlas_->in_use));
+  out.add("waiting", listed(atlas_->waiting));
+  out.add("in memory", atlas_->loaded);
+  out.add("bytes", atlas_->bytes);
+  for (const auto& [name, why] : atlas_->failed) out.add("failed: " + name, why);
+}
+
 }  // namespace ttsdf

@@ -4,9 +4,11 @@
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
 
+#include <optional>
 #include <string>
 
 #include "ros/node/localization_pipeline.h"
+#include "ttsdf_localization/atlas/atlas_loader.h"
 
 namespace ttsdf {
 
@@ -18,12 +20,17 @@ class LocalizationDiagnostics {
   /// `waiting`: why scans do not get on, or empty.
   void update(const LocalizationPipeline::View& view, const std::string& scan_topic, double quiet_limit,
               const std::string& waiting);
+  /// Adds a task "atlas" at the first call.
+  void setAtlas(const AtlasLoaderStatus& status);
 
  private:
   using Wrapper = diagnostic_updater::DiagnosticStatusWrapper;
   void localization(Wrapper& out) const;
   void scans(Wrapper& out);
   void transforms(Wrapper& out) const;
+  void atlas(Wrapper& out) const;
+
+  std::optional<AtlasLoaderStatus> atlas_;
 
   LocalizationPipeline::View view_;
   std::string scan_topic_, waiting_;

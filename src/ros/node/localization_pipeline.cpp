@@ -230,11 +230,16 @@ void LocalizationPipeline::useMap(LoadedMap map, std::optional<PoseRequest> pose
                                          << "', it is used as '" << frames_.global_frame_id << "'");
     }
     ROS_INFO_STREAM_NAMED(name_, name_ << ": " << map.summary);
-    localizer_.localizer().setMap(std::move(map.map));
-    ++orders_;
+    if (map.of_atlas) {
+      localizer_.localizer().exchangeMap(std::move(map.map));
+    } else {
+      localizer_.localizer().setMap(std::move(map.map));
+      ++orders_;
+    }
     map_id_ = map.map_id;
     map_summary_ = map.summary;
-    map_message_ = std::move(map.message);
+    map_message_.reset();
+    if (!map.of_atlas) map_message_ = std::move(map.message);
     Status status = currentStatus();
     const auto state = localizer_.localizer().state();
     if (state != LocalizerState::kTracking && state != LocalizerState::kDegraded) tf_output_.stop();
@@ -266,6 +271,7 @@ void LocalizationPipeline::usePose(PoseRequest request) {
   tf_output_.stop();
   const std::string message =
       request.guess.source + " taken" + (request.warning.empty() ? "" : "; " + request.warning);
+  asked_place_ = request.guess.T_map_base.translation();
   localizer_.usePose(std::move(request));
   Status status = currentStatus();
   status.message = message;
@@ -424,6 +430,16 @@ LocalizationPipeline::View LocalizationPipeline::view() const {
   view.status.refused = counts_.refused;
   view.status.dropped = counts_.dropped;
   return view;
+}
+
+std::optional<Eigen::Vector3d> LocalizationPipeline::place() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const LocalizerState state = localizer_.localizer().state();
+  if (state == LocalizerState::kTracking || state == LocalizerState::kDegraded) {
+    const auto pose = localizer_.localizer().lastPose();
+    if (pose) return pose->T_map_base.translation();
+  }
+  return asked_place_;
 }
 
 std::optional<PoseGuess> LocalizationPipeline::trackedPose() const {

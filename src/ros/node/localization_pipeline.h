@@ -97,6 +97,8 @@ class LocalizationPipeline {
   };
   View view() const;
   std::optional<PoseGuess> trackedPose() const;
+  /// Where the robot is, or where somebody said it is: there maps are needed.
+  std::optional<Eigen::Vector3d> place() const;
   std::string whyWaiting() const { return localizer_.queue().whyWaiting(); }
 
  private:
@@ -134,6 +136,7 @@ class LocalizationPipeline {
   LocalizationOutput output_;
   std::optional<SeenScan> newest_scan_;
   std::string map_id_, map_summary_;
+  std::optional<Eigen::Vector3d> asked_place_;  ///< of the last pose from outside [m]
   std::optional<ttsdf_localization::TtSdfMap> map_message_;
   std::optional<LocalizationUpdate> global_outcome_;  ///< of the last global localization
   std::optional<geometry_msgs::PoseWithCovarianceStamped>

@@ -66,6 +66,7 @@ LocalizationRos::~LocalizationRos() {
   for (const auto& spinner : spinners_) spinner->stop();
   scans_.reset();
   map_source_.reset();
+  atlas_source_.reset();
   if (std::optional<PoseGuess> pose = pipeline_.trackedPose()) pose_saver_.put(std::move(*pose));
 }
 
@@ -88,13 +89,21 @@ void LocalizationRos::subscribe() {
     pipeline_.refuseScan(header, message);
   };
   scans_ = std::make_unique<ScanInput>(scan_node_, options_.input, options_.cloud, std::move(callbacks));
-  map_source_ = std::make_unique<MapSource>(
-      scan_node_, options_.map, options_.localizer.registration,
-      [this](LoadedMap map) { pipeline_.useMap(std::move(map)); },
-      [this](const std::string& message) {
-        ROS_ERROR_STREAM_NAMED(name_, message);
-        pipeline_.announce(Status::REASON_NO_MAP, message);
-      });
+  const auto loaded = [this](LoadedMap map) { pipeline_.useMap(std::move(map)); };
+  const auto failed = [this](const std::string& message) {
+    ROS_ERROR_STREAM_NAMED(name_, message);
+    pipeline_.announce(Status::REASON_NO_MAP, message);
+  };
+  map_source_ =
+      std::make_unique<MapSource>(scan_node_, options_.map, options_.localizer.registration, loaded, failed);
+  if (options_.map.map_source == "atlas") {
+    try {
+      atlas_source_ =
+          std::make_unique<AtlasSource>(options_.map, options_.localizer.registration, loaded, failed);
+    } catch (const std::exception& error) {
+      failed(error.what());  // as of a map file that cannot be read
+    }
+  }
   if (pipeline_.gravity().wantsImu()) {
     imu_subscriber_ = scan_node_.subscribe<sensor_msgs::Imu>(
         "imu", 50, [this](const sensor_msgs::ImuConstPtr& imu) { pipeline_.gravity().add(*imu); });
@@ -157,6 +166,10 @@ void LocalizationRos::watch() {
     noticeClock();
     const std::string waiting = paused_ ? std::string() : warnWhenQuiet(pipeline_.view().scans);
     pipeline_.tick(waiting);
+    if (atlas_source_) {
+      if (const auto place = pipeline_.place()) atlas_source_->want(*place);
+      diagnostics_.setAtlas(atlas_source_->status());
+    }
     const LocalizationPipeline::View view = pipeline_.view();
     const ros::WallTime now = ros::WallTime::now();
     const std::string diagnosed = view.status.state_name + (view.tf_sent ? " sent" : " silent");

@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "ros/common/atlas_source.h"
 #include "ros/common/clock_watch.h"
 #include "ros/common/map_source.h"
 #include "ros/common/pose_saver.h"
@@ -90,6 +91,7 @@ class LocalizationRos {
   std::string diagnosed_;           ///< state and TF when diagnostics went out last
 
   std::unique_ptr<MapSource> map_source_;
+  std::unique_ptr<AtlasSource> atlas_source_;  ///< with map_source atlas
   std::unique_ptr<ScanInput> scans_;
   std::unique_ptr<TransformInput> transforms_;
   ros::Subscriber initial_pose_subscriber_, imu_subscriber_;

@@ -1,0 +1,231 @@
+// A drive through an atlas against one map of the whole, and what the number of maps costs.
+//
+// usage: atlas_drive ATLAS_FOLDER WHOLE_MAP.ttsdf FRAMES_FOLDER [MEGABYTES]
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "ttsdf_localization/atlas/atlas_loader.h"
+#include "ttsdf_localization/atlas/atlas_search.h"
+#include "ttsdf_localization/field/long_range_field.h"
+#include "ttsdf_localization/frames/depth_image.h"
+#include "ttsdf_localization/frames/frame_folder.h"
+#include "ttsdf_localization/registration/registration.h"
+
+namespace {
+
+using namespace ttsdf;  // NOLINT(google-build-using-namespace): a program of one file
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+/// Resident memory [MB].
+double resident() {
+  std::ifstream file("/proc/self/statm");
+  double total = 0.0, pages = 0.0;
+  file >> total >> pages;
+  return pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1048576.0;
+}
+
+ScanPoints pointsOf(const DepthImage& image, const CameraIntrinsics& intrinsics) {
+  constexpr int kEvery = 4;
+  return toPoints(image, intrinsics, kEvery, 0.2, 10.0);
+}
+
+struct Figures {
+  std::vector<double> errors, milliseconds;
+  int used = 0, scans = 0;
+  void add(const RegistrationResult& result, const Eigen::Isometry3d& truth, double ms) {
+    ++scans;
+    milliseconds.push_back(ms);
+    if (!result.success) return;
+    ++used;
+    errors.push_back(poseError(truth, result.T_map_sensor).translation);
+  }
+  void print(const char* what) {
+    double sum = 0.0;
+    for (const double e : errors) sum += e * e;
+    std::sort(errors.begin(), errors.end());
+    std::sort(milliseconds.begin(), milliseconds.end());
+    std::printf("%s: %d of %d scans verified, rmse %.1f mm, 99 %% below %.1f mm, median %.1f ms a scan\n",
+                what, used, scans, 1e3 * std::sqrt(sum / std::max<std::size_t>(1, errors.size())),
+                1e3 * errors[errors.size() * 99 / 100], milliseconds[milliseconds.size() / 2]);
+  }
+};
+
+void drive(const std::string& folder, const std::string& whole, const std::string& frames_folder,
+           double megabytes) {
+  const FrameFolder frames(frames_folder);
+  const auto map = std::shared_ptr<const DistanceField>(makeField(loadMap(whole)));
+  Registration in_one(map);
+  AtlasLoaderOptions options;
+  options.memory_megabytes = megabytes;
+  options.radius = 3.0;
+  AtlasLoader loader(folder, readAtlas(folder), options);
+  std::shared_ptr<const AtlasField> field;
+  std::unique_ptr<Registration> in_atlas;
+  Figures one, many;
+  std::vector<double> between;
+  double longest_want = 0.0, most_memory = 0.0;
+  int exchanges = 0, behind = 0;
+  std::size_t most_bytes = 0;
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  const auto list = frames.select(1, 0);
+  for (std::size_t n = 0; n < list.size(); ++n) {
+    const Eigen::Isometry3d truth = frames.pose(list[n]);
+    const ScanPoints scan = pointsOf(frames.depth(list[n]), frames.intrinsics());
+    const Eigen::Vector3d velocity = n == 0 ? Eigen::Vector3d::Zero() : (truth.translation() - before).eval();
+    before = truth.translation();
+    auto begin = Clock::now();
+    loader.want(truth.translation(), velocity);  // a frame a second
+    longest_want = std::max(longest_want, since(begin));
+    if (n == 0) loader.waitUntilSettled(60.0);
+    if (loader.field() != field) {
+      field = loader.field();
+      in_atlas = std::make_unique<Registration>(field, RegistrationOptions(), field->farField());
+      ++exchanges;
+    }
+    behind += loader.status().behind ? 1 : 0;
+    most_bytes = std::max(most_bytes, loader.status().bytes);
+    Eigen::Isometry3d prior = truth;
+    const double phase = 2.4 * static_cast<double>(n);
+    prior.translation() +=
+        0.03 * Eigen::Vector3d(std::cos(phase), std::sin(phase), 0.3 * std::sin(3.0 * phase));
+    prior.linear() = prior.linear() * expSo3(0.02 * Eigen::Vector3d(std::sin(phase), std::cos(phase), 0.0));
+    begin = Clock::now();
+    const RegistrationResult a = in_atlas->align(scan, prior);
+    many.add(a, truth, 1e3 * since(begin));
+    begin = Clock::now();
+    const RegistrationResult b = in_one.align(scan, prior);
+    one.add(b, truth, 1e3 * since(begin));
+    if (a.success && b.success) between.push_back(poseError(a.T_map_sensor, b.T_map_sensor).translation);
+    most_memory = std::max(most_memory, resident());
+  }
+  one.print("one map");
+  many.print("atlas");
+  std::sort(between.begin(), between.end());
+  std::printf("between the two: median %.2f mm\n", 1e3 * between[between.size() / 2]);
+  std::printf(
+      "%d fields, longest want() %.3f ms, behind in %d scans, maps in memory at most %.1f MB, process %.1f "
+      "MB\n",
+      exchanges, 1e3 * longest_want, behind, static_cast<double>(most_bytes) / 1048576.0, most_memory);
+}
+
+/// Scans without a prior: which map, and where.
+void whichMap(const std::string& folder, const std::string& frames_folder, int offset) {
+  const FrameFolder frames(frames_folder);
+  const Atlas atlas = readAtlas(folder);
+  std::map<std::string, PlacedField> maps;
+  PlaceIndex index;
+  auto begin = Clock::now();
+  for (const AtlasMap& entry : atlas.maps) {
+    PlacedField map;
+    map.name = entry.name;
+    map.T_atlas_map = entry.T_atlas_map;
+    map.field = makeField(loadMap(mapPath(folder, entry)));
+    map.far = makeLongRangeField(*map.field);
+    index.add(map);
+    maps[entry.name] = map;
+  }
+  std::printf("index: %zu places, %zu bytes, maps and index made in %.1f s\n", index.placeCount(),
+              index.memoryBytes(), since(begin));
+  int right = 0, wrong = 0, ambiguous = 0, unsure = 0, holding_first = 0, scans = 0;
+  AtlasSearchOptions options;
+  options.max_maps = static_cast<int>(atlas.maps.size());
+  begin = Clock::now();
+  for (const FrameEntry& frame : frames.select(14, offset)) {
+    const Eigen::Isometry3d truth = frames.pose(frame);
+    const ScanPoints scan = pointsOf(frames.depth(frame), frames.intrinsics());
+    const Eigen::Vector3d down = truth.linear().transpose() * -Eigen::Vector3d::UnitZ();
+    ++scans;
+    const auto ranked = index.rank(scan, down);
+    holding_first += atlas.find(ranked.front().map)->box().depth(truth.translation()) > 0.0 ? 1 : 0;
+    const AtlasLocation found = locateInAtlas(
+        index, [&](const std::string& name) { return maps.at(name); }, scan, down, options);
+    if (found.success) {
+      const double error = poseError(truth, found.candidates.front().T_atlas_sensor).translation;
+      (error < 0.1 ? right : wrong) += 1;
+      if (error >= 0.1) {
+        std::printf("wrong by %.2f m: score %.3f, the next place %.3f\n", error, found.candidates[0].score(),
+                    found.candidates.size() > 1 ? found.candidates[1].score() : 1.0);
+      }
+    } else {
+      (found.reason == TerminationReason::kAmbiguous ? ambiguous : unsure) += 1;
+    }
+  }
+  std::printf(
+      "which map: %d scans, %d within 10 cm, %d wrong, %d ambiguous, %d refused; %.2f s a scan; the index's "
+      "first map "
+      "holds the camera in %d\n",
+      scans, right, wrong, ambiguous, unsure, since(begin) / scans, holding_first);
+  std::fflush(stdout);
+}
+
+/// Copies of the first map on a square, each 7 m from the next.
+void countMaps(const std::string& folder) {
+  const Atlas source = readAtlas(folder);
+  const std::string home = std::filesystem::temp_directory_path() / "atlas_drive";
+  for (const int count : {1, 10, 100, 1000, 10000}) {
+    std::filesystem::remove_all(home);
+    std::filesystem::create_directories(home);
+    Atlas atlas;
+    const int side = static_cast<int>(std::ceil(std::sqrt(count)));
+    for (int n = 0; n < count; ++n) {
+      AtlasMap map = source.maps.front();
+      map.name = "m" + std::to_string(n);
+      map.file = map.name + ".ttsdf";
+      map.T_atlas_map.translation() += 7.0 * Eigen::Vector3d(n % side, n / side, 0.0);
+      atlas.maps.push_back(map);
+    }
+    // Only those that are driven through need files.
+    for (int n = 0; n < std::min(count, 12); ++n) {
+      std::filesystem::copy_file(mapPath(folder, source.maps.front()),
+                                 home + "/m" + std::to_string(n) + ".ttsdf");
+    }
+    writeAtlas(atlas, home);
+    auto begin = Clock::now();
+    const Atlas read = readAtlas(home);
+    const double reading = since(begin);
+    begin = Clock::now();
+    AtlasLoaderOptions options;
+    options.radius = 1.0;
+    AtlasLoader loader(home, read, options);
+    const double starting = since(begin);
+    const Eigen::Vector3d middle = read.maps.front().box().centre();
+    loader.want(middle);
+    loader.waitUntilSettled(60.0);
+    const double first = since(begin) - starting;
+    begin = Clock::now();
+    constexpr int kLooks = 200;
+    for (int n = 0; n < kLooks; ++n) {
+      loader.want(middle + Eigen::Vector3d(0.0005 * n, 0.0, 0.0));
+      loader.waitUntilSettled(60.0);
+    }
+    std::printf(
+        "%5d maps: atlas.yaml %.0f ms, start %.2f ms, first maps %.0f ms, look-up %.3f ms, process %.1f MB\n",
+        count, 1e3 * reading, 1e3 * starting, 1e3 * first, 1e3 * since(begin) / kLooks, resident());
+    std::fflush(stdout);
+  }
+  std::filesystem::remove_all(home);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 4) {
+    std::fprintf(stderr, "usage: atlas_drive ATLAS_FOLDER WHOLE_MAP.ttsdf FRAMES_FOLDER [MEGABYTES]\n");
+    return 2;
+  }
+  drive(argv[1], argv[2], argv[3], argc > 4 ? std::atof(argv[4]) : 8.0);
+  for (const int offset : {3, 7, 10}) whichMap(argv[1], argv[3], offset);
+  countMaps(argv[1]);
+  return 0;
+}

@@ -1,0 +1,19 @@
+# Many maps: the folder that holds them, the field of all of them, loading beside the scans. The robot's side.
+ttsdf_library(ttsdf_yaml SOURCES src/yaml/plain_yaml.cpp PUBLIC ${YAML_CPP_LIBRARIES})
+
+ttsdf_library(ttsdf_atlas
+  SOURCES
+    src/atlas/oriented_box.cpp
+    src/atlas/box_tree.cpp
+    src/atlas/atlas.cpp
+    src/atlas/atlas_yaml.cpp
+    src/atlas/atlas_members.cpp
+    src/atlas/atlas_field.cpp
+    src/atlas/atlas_far_field.cpp
+    src/atlas/map_ranking.cpp
+    src/atlas/map_shelf.cpp
+    src/atlas/atlas_loader.cpp
+    src/atlas/place_index.cpp
+    src/atlas/atlas_search.cpp
+  PUBLIC ttsdf_core
+  PRIVATE ttsdf_yaml Threads::Threads)

@@ -1,0 +1,152 @@
+#include "ttsdf_localization/atlas/atlas_field.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "atlas_far_field.h"
+#include "atlas_members.h"
+
+namespace ttsdf {
+
+namespace {
+
+/// Of the worst map: a scan may lie in any of them.
+FrameAgreement worstOf(const std::vector<PlacedField>& maps) {
+  FrameAgreement worst;
+  for (const PlacedField& map : maps) {
+    const FrameAgreement& one = map.field->agreement();
+    worst.compared += one.compared;
+    worst.contradicting += one.contradicting;
+    worst.without_overlap += one.without_overlap;
+    for (double FrameAgreement::*figure :
+         {&FrameAgreement::position_median, &FrameAgreement::position_90, &FrameAgreement::rotation_median,
+          &FrameAgreement::rotation_90, &FrameAgreement::widening, &FrameAgreement::shift,
+          &FrameAgreement::turn_sensor, &FrameAgreement::turn_scene}) {
+      worst.*figure = std::max(worst.*figure, one.*figure);
+    }
+  }
+  return worst;
+}
+
+/// Points of one piece: which maps hold them, and how deep.
+class SupportingMaps {
+ public:
+  SupportingMaps(const std::vector<AtlasMember>& all, const PointSpan& points, int begin, int size)
+      : size_(size) {
+    Eigen::AlignedBox3f bounds;
+    for (int n = 0; n < size; ++n) {
+      points_[n] = {points.x[begin + n], points.y[begin + n], points.z[begin + n]};
+      if (points_[n].allFinite()) bounds.extend(points_[n]);
+    }
+    for (const AtlasMember& member : all) {  // most of many maps are elsewhere
+      if (member.bounds.intersects(bounds)) members_.push_back(&member);
+    }
+    depths_.resize(members_.size() * static_cast<std::size_t>(size));
+    for (std::size_t m = 0; m < members_.size(); ++m) {
+      for (int n = 0; n < size; ++n) {
+        // Written so that NaN is no support.
+        const float depth = members_[m]->depth(points_[n]);
+        depths_[at(m, n)] = depth >= 0.0F ? depth : kNone;
+      }
+    }
+  }
+
+  const std::vector<const AtlasMember*>& members() const { return members_; }
+  const Eigen::Vector3f& point(int n) const { return points_[n]; }
+  /// The map that holds the point deepest of those not taken before; -1: none is left.
+  int take(int n) {
+    int best = -1;
+    float deepest = kNone;
+    for (std::size_t m = 0; m < members_.size(); ++m) {
+      if (depths_[at(m, n)] > deepest) deepest = depths_[at(m, n)], best = static_cast<int>(m);
+    }
+    if (best >= 0) depths_[at(static_cast<std::size_t>(best), n)] = kNone;
+    return best;
+  }
+
+ private:
+  static constexpr float kNone = -1.0F;
+  std::size_t at(std::size_t m, int n) const {
+    return m * static_cast<std::size_t>(size_) + static_cast<std::size_t>(n);
+  }
+  int size_;
+  Eigen::Vector3f points_[kAtlasPiece];
+  std::vector<const AtlasMember*> members_;
+  std::vector<float> depths_;
+};
+
+/// Asks map after map until every point has an answer that means something, or no map is left.
+void evaluatePiece(const std::vector<AtlasMember>& all, const PointSpan& points, const SampleSpan& samples,
+                   int begin, int size) {
+  SupportingMaps supporting(all, points, begin, size);
+  for (int n = 0; n < size; ++n) giveNothing(samples, begin + n);
+  std::vector<int> chosen(static_cast<std::size_t>(size));
+  AtlasBatch batch;
+  for (std::size_t round = 0; round < supporting.members().size(); ++round) {
+    bool asked = false;
+    for (int n = 0; n < size; ++n) {
+      const bool done = samples.state[begin + n] == PointState::kValid;
+      chosen[static_cast<std::size_t>(n)] = done ? -1 : supporting.take(n);
+    }
+    for (std::size_t m = 0; m < supporting.members().size(); ++m) {
+      const AtlasMember& member = *supporting.members()[m];
+      batch.size = 0;
+      for (int n = 0; n < size; ++n) {
+        if (chosen[static_cast<std::size_t>(n)] == static_cast<int>(m))
+          batch.add(member, n, supporting.point(n));
+      }
+      if (batch.size == 0) continue;
+      asked = true;
+      batch.ask(*member.field);
+      for (int k = 0; k < batch.size; ++k) {
+        // An unknown place keeps the answer of the deepest map.
+        if (batch.state[k] == PointState::kValid ||
+            (batch.state[k] == PointState::kUnknown &&
+             samples.state[begin + batch.point[k]] == PointState::kOutside)) {
+          batch.give(member, k, samples, begin + batch.point[k]);
+        }
+      }
+    }
+    if (!asked) return;
+  }
+}
+
+}  // namespace
+
+AtlasField::AtlasField(std::vector<PlacedField> maps)
+    : members_(std::make_shared<const Members>(std::move(maps))) {
+  setAgreement(worstOf(members_->maps));
+}
+AtlasField::~AtlasField() = default;
+
+const GridGeometry& AtlasField::geometry() const { return members_->geometry; }
+const std::vector<PlacedField>& AtlasField::maps() const { return members_->maps; }
+
+void AtlasField::evaluate(const PointSpan& points, const SampleSpan& samples) const {
+  for (int begin = 0; begin < points.size; begin += kAtlasPiece) {
+    evaluatePiece(members_->members, points, samples, begin, std::min(kAtlasPiece, points.size - begin));
+  }
+}
+
+std::size_t AtlasField::memoryBytes() const {
+  std::set<const DistanceField*> counted;  // copies of one map share a field
+  std::size_t bytes = 0;
+  for (const PlacedField& map : members_->maps) {
+    if (counted.insert(map.field.get()).second) bytes += map.field->memoryBytes();
+  }
+  return bytes;
+}
+
+void AtlasField::warmUp(const KeepGoing& keep_going) const {
+  for (const PlacedField& map : members_->maps) map.field->warmUp(keep_going);
+}
+
+std::shared_ptr<const DistanceField> AtlasField::farField() const {
+  const auto& maps = members_->maps;
+  if (std::none_of(maps.begin(), maps.end(), [](const PlacedField& map) { return map.far != nullptr; }))
+    return nullptr;
+  return std::make_shared<Far>(members_);
+}
+
+}  // namespace ttsdf

@@ -1,0 +1,60 @@
+#include "atlas_members.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "ttsdf_localization/atlas/oriented_box.h"
+
+namespace ttsdf {
+
+namespace {
+
+OrientedBox boxInAtlas(const PlacedField& map) {
+  const GridGeometry& g = map.field->geometry();
+  return {map.T_atlas_map * inMapFrame(g, g.T_map_grid), g.voxel_size * (g.dims - 1).cast<double>().matrix()};
+}
+
+void checkPlaced(const std::vector<PlacedField>& maps) {
+  if (maps.empty()) throw std::invalid_argument("atlas field: got no maps, wanted at least one");
+  for (const PlacedField& map : maps) {
+    if (!map.field) throw std::invalid_argument("atlas field: map '" + map.name + "': got no field");
+    GridGeometry place = map.field->geometry();
+    place.T_map_grid = map.T_atlas_map * place.T_map_grid;
+    check(place);
+  }
+}
+
+/// The box of all maps along the atlas' axes, relative to an origin near it.
+GridGeometry coveringGrid(const std::vector<PlacedField>& maps) {
+  Eigen::AlignedBox3d all;
+  GridGeometry geometry;
+  geometry.voxel_size = maps.front().field->geometry().voxel_size;
+  for (const PlacedField& map : maps) {
+    all.extend(boxInAtlas(map).bounds());
+    geometry.voxel_size = std::min(geometry.voxel_size, map.field->geometry().voxel_size);
+  }
+  geometry.dims = (all.sizes().array() / geometry.voxel_size - 1e-6).ceil().cast<int>() + 1;
+  geometry.T_map_grid.translation() = all.min();
+  return relativeToOrigin(geometry);
+}
+
+}  // namespace
+
+AtlasField::Members::Members(std::vector<PlacedField> placed) : maps(std::move(placed)) {
+  checkPlaced(maps);
+  geometry = coveringGrid(maps);
+  for (const PlacedField& map : maps) {
+    const OrientedBox box = boxInAtlas(map);
+    const Eigen::Isometry3d T_atlas_origin(Eigen::Translation3d(geometry.origin));
+    const Eigen::Translation3d to_field(-map.field->geometry().origin);
+    Eigen::AlignedBox3d bounds = box.bounds();
+    bounds.translate(-geometry.origin);
+    const Eigen::Isometry3d T_field_atlas = to_field * map.T_atlas_map.inverse() * T_atlas_origin,
+                            T_box_atlas = box.T_atlas_box.inverse() * T_atlas_origin;
+    members.push_back({map.field.get(), map.far.get(), T_field_atlas.cast<float>(), T_box_atlas.cast<float>(),
+                       box.size.cast<float>(), bounds.cast<float>()});
+  }
+}
+
+}  // namespace ttsdf

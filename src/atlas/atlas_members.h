@@ -1,0 +1,71 @@
+#pragma once
+// The maps of an AtlasField with their poses and boxes in single precision.
+
+#include <vector>
+
+#include "ttsdf_localization/atlas/atlas_field.h"
+
+namespace ttsdf {
+
+/// Points of a piece of a span, so that what is kept about them fits on the stack.
+constexpr int kAtlasPiece = 256;
+
+/// One of the maps: from points relative to the atlas field's origin to those its own field wants, and back.
+struct AtlasMember {
+  const DistanceField* field;
+  const DistanceField* far;
+  Eigen::Isometry3f T_field_atlas;  ///< both relative to their origins
+  Eigen::Isometry3f T_box_atlas;    ///< the box is [0, size]
+  Eigen::Vector3f size;             ///< [m]
+  Eigen::AlignedBox3f bounds;       ///< of the box, relative to the atlas field's origin
+
+  /// Distance to the border of the box [m], positive inside.
+  float depth(const Eigen::Vector3f& p) const {
+    const Eigen::Vector3f q = T_box_atlas * p, inside = q.cwiseMin(size - q);
+    const float least = inside.minCoeff();
+    return least >= 0.0F ? least : -inside.cwiseMin(0.0F).norm();
+  }
+};
+
+/// A few points of a piece, put together for one map.
+struct AtlasBatch {
+  int size = 0;
+  int point[kAtlasPiece];  ///< of the piece
+  float x[kAtlasPiece], y[kAtlasPiece], z[kAtlasPiece];
+  float value[kAtlasPiece], gx[kAtlasPiece], gy[kAtlasPiece], gz[kAtlasPiece];
+  PointState state[kAtlasPiece];
+
+  void add(const AtlasMember& member, int n, const Eigen::Vector3f& p) {
+    const Eigen::Vector3f q = member.T_field_atlas * p;
+    point[size] = n;
+    x[size] = q.x(), y[size] = q.y(), z[size] = q.z();
+    ++size;
+  }
+  void ask(const DistanceField& field) {
+    field.evaluate(PointSpan{x, y, z, size}, SampleSpan{value, gx, gy, gz, state});
+  }
+  /// Answer `k` goes to sample `n`, its gradient turned into the atlas' frame.
+  void give(const AtlasMember& member, int k, const SampleSpan& samples, int n) const {
+    const Eigen::Vector3f g =
+        member.T_field_atlas.linear().transpose() * Eigen::Vector3f(gx[k], gy[k], gz[k]);
+    samples.value[n] = value[k];
+    samples.gradient_x[n] = g.x(), samples.gradient_y[n] = g.y(), samples.gradient_z[n] = g.z();
+    samples.state[n] = state[k];
+  }
+};
+
+inline void giveNothing(const SampleSpan& samples, int n) {
+  samples.value[n] = samples.gradient_x[n] = samples.gradient_y[n] = samples.gradient_z[n] = 0.0F;
+  samples.state[n] = PointState::kOutside;
+}
+
+class AtlasField::Members {
+ public:
+  explicit Members(std::vector<PlacedField> placed);
+
+  std::vector<PlacedField> maps;
+  std::vector<AtlasMember> members;
+  GridGeometry geometry;
+};
+
+}  // namespace ttsdf

@@ -1,0 +1,116 @@
+#include "ttsdf_localization/yaml/plain_yaml.h"
+
+#include <yaml-cpp/eventhandler.h>
+
+#include <cctype>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+namespace ttsdf {
+
+namespace {
+
+constexpr int kDeepest = 16;
+constexpr int kMostEvents = 1 << 22;
+
+/// Goes through a document without building anything of it; yaml-cpp descends by recursion, and this ends it
+/// early.
+class Guard : public YAML::EventHandler {
+ public:
+  explicit Guard(std::string file) : file_(std::move(file)) {}
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override { count(); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+    throw std::runtime_error(file_ + "got an alias in line " + std::to_string(mark.line + 1) +
+                             ", wanted plain values");
+  }
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {
+    count();
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    deeper(mark);
+  }
+  void OnSequenceEnd() override { --depth_; }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    deeper(mark);
+  }
+  void OnMapEnd() override { --depth_; }
+
+ private:
+  /// yaml-cpp 0.6 goes on for ever over some broken texts.
+  void count() {
+    if (++events_ > kMostEvents) throw std::runtime_error(file_ + "is no YAML: its parts do not end");
+  }
+  void deeper(const YAML::Mark& mark) {
+    count();
+    if (++depth_ > kDeepest) {
+      throw std::runtime_error(file_ + "is nested deeper than " + std::to_string(kDeepest) +
+                               " levels in line " + std::to_string(mark.line + 1));
+    }
+  }
+
+  std::string file_;
+  int depth_ = 0, events_ = 0;
+};
+
+/// Throws if a list or a map in brackets has no end: yaml-cpp before 0.7 then looks for it for ever.
+void requireClosedBrackets(const std::string& text, const std::string& file) {
+  std::vector<int> open;  // lines of brackets
+  char quote = 0;
+  int line = 1;
+  for (std::size_t n = 0; n < text.size(); ++n) {
+    const char c = text[n];
+    if (c == '\n') ++line;
+    if (quote != 0) {
+      if (quote == '"' && c == '\\') ++n;
+      if (c == quote) quote = 0;
+    } else if (c == '\'' || c == '"') {
+      if (n == 0 || std::strchr(" \t\n,:[{", text[n - 1]) != nullptr) quote = c;  // else inside a word
+    } else if (c == '#' && (n == 0 || std::isspace(static_cast<unsigned char>(text[n - 1])))) {
+      while (n + 1 < text.size() && text[n + 1] != '\n') ++n;
+    } else if (c == '[' || c == '{') {
+      open.push_back(line);
+    } else if ((c == ']' || c == '}') && !open.empty()) {
+      open.pop_back();
+    }
+  }
+  if (!open.empty())
+    throw std::runtime_error(file + "got a bracket in line " + std::to_string(open.back()) +
+                             " that is not closed");
+}
+
+}  // namespace
+
+YAML::Node loadPlainYaml(const std::string& what, const std::string& path, std::size_t max_bytes) {
+  const std::string name = what + " '" + path + "': ";
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) throw std::runtime_error(name + "no such file");
+  const auto size = std::filesystem::file_size(path, error);
+  if (error) throw std::runtime_error(name + error.message());
+  if (size > max_bytes) {
+    throw std::runtime_error(name + "got " + std::to_string(size) + " bytes, wanted at most " +
+                             std::to_string(max_bytes));
+  }
+  std::ifstream in(path, std::ios::binary);
+  std::stringstream text;
+  text << in.rdbuf();
+  if (!in) throw std::runtime_error(name + "cannot be read");
+  requireClosedBrackets(text.str(), name);
+  try {
+    YAML::Parser parser(text);
+    Guard guard(name);
+    if (!parser.HandleNextDocument(guard)) return {};
+    return YAML::Load(text.str());
+  } catch (const YAML::Exception& problem) {
+    throw std::runtime_error(name + problem.what());
+  }
+}
+
+}  // namespace ttsdf
