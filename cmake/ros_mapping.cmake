@@ -36,7 +36,7 @@ ttsdf_library(ttsdf_offline
     src/ros/offline/offline_run.cpp
     src/ros/common/yaml_parameters.cpp
   PUBLIC ttsdf_ros ${rosbag_storage_LIBRARIES}
-  PRIVATE ttsdf_tools ${YAML_CPP_LIBRARIES}
+  PRIVATE ttsdf_tools ttsdf_yaml ${YAML_CPP_LIBRARIES}
   INCLUDE ${rosbag_storage_INCLUDE_DIRS})
 ttsdf_node(offline_localizer SOURCES src/nodes/offline_localizer.cpp LIBS ttsdf_offline ttsdf_tools)
 ttsdf_rostest(live_offline.test DEPENDS test_maps ttsdf_localization_nodelet offline_localizer

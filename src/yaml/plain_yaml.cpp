@@ -2,6 +2,7 @@
 
 #include <yaml-cpp/eventhandler.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cstring>
 #include <filesystem>
@@ -14,50 +15,56 @@ namespace ttsdf {
 
 namespace {
 
-constexpr int kDeepest = 16;
+constexpr std::size_t kDeepest = 16;
 constexpr int kMostEvents = 1 << 22;
 
 /// Goes through a document without building anything of it; yaml-cpp descends by recursion, and this ends it
 /// early.
 class Guard : public YAML::EventHandler {
  public:
-  explicit Guard(std::string file) : file_(std::move(file)) {}
+  Guard(std::string file, Aliases aliases) : file_(std::move(file)), aliases_(aliases) {}
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark&, YAML::anchor_t) override { count(); }
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    count();
+    const bool holds_itself = std::find(open_.begin(), open_.end(), anchor) != open_.end();
+    if (aliases_ == Aliases::kAllowed && !holds_itself) return;
     throw std::runtime_error(file_ + "got an alias in line " + std::to_string(mark.line + 1) +
-                             ", wanted plain values");
+                             (holds_itself ? " of what holds it" : ", wanted plain values"));
   }
   void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {
     count();
   }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
                        YAML::EmitterStyle::value) override {
-    deeper(mark);
+    deeper(mark, anchor);
   }
-  void OnSequenceEnd() override { --depth_; }
-  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+  void OnSequenceEnd() override { open_.pop_back(); }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
                   YAML::EmitterStyle::value) override {
-    deeper(mark);
+    deeper(mark, anchor);
   }
-  void OnMapEnd() override { --depth_; }
+  void OnMapEnd() override { open_.pop_back(); }
 
  private:
   /// yaml-cpp 0.6 goes on for ever over some broken texts.
   void count() {
     if (++events_ > kMostEvents) throw std::runtime_error(file_ + "is no YAML: its parts do not end");
   }
-  void deeper(const YAML::Mark& mark) {
+  void deeper(const YAML::Mark& mark, YAML::anchor_t anchor) {
     count();
-    if (++depth_ > kDeepest) {
+    open_.push_back(anchor);
+    if (open_.size() > kDeepest) {
       throw std::runtime_error(file_ + "is nested deeper than " + std::to_string(kDeepest) +
                                " levels in line " + std::to_string(mark.line + 1));
     }
   }
 
   std::string file_;
-  int depth_ = 0, events_ = 0;
+  const Aliases aliases_;
+  std::vector<YAML::anchor_t> open_;  ///< anchors of the lists and maps that are open, 0 without one
+  int events_ = 0;
 };
 
 /// Throws if a list or a map in brackets has no end: yaml-cpp before 0.7 then looks for it for ever.
@@ -88,7 +95,21 @@ void requireClosedBrackets(const std::string& text, const std::string& file) {
 
 }  // namespace
 
-YAML::Node loadPlainYaml(const std::string& what, const std::string& path, std::size_t max_bytes) {
+YAML::Node plainYaml(const std::string& what, const std::string& text, Aliases aliases) {
+  requireClosedBrackets(text, what);
+  try {
+    std::stringstream stream(text);
+    YAML::Parser parser(stream);
+    Guard guard(what, aliases);
+    if (!parser.HandleNextDocument(guard)) return {};
+    return YAML::Load(text);
+  } catch (const YAML::Exception& problem) {
+    throw std::runtime_error(what + problem.what());
+  }
+}
+
+YAML::Node loadPlainYaml(const std::string& what, const std::string& path, std::size_t max_bytes,
+                         Aliases aliases) {
   const std::string name = what + " '" + path + "': ";
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) throw std::runtime_error(name + "no such file");
@@ -102,15 +123,7 @@ YAML::Node loadPlainYaml(const std::string& what, const std::string& path, std::
   std::stringstream text;
   text << in.rdbuf();
   if (!in) throw std::runtime_error(name + "cannot be read");
-  requireClosedBrackets(text.str(), name);
-  try {
-    YAML::Parser parser(text);
-    Guard guard(name);
-    if (!parser.HandleNextDocument(guard)) return {};
-    return YAML::Load(text.str());
-  } catch (const YAML::Exception& problem) {
-    throw std::runtime_error(name + problem.what());
-  }
+  return plainYaml(name, text.str(), aliases);
 }
 
 }  // namespace ttsdf

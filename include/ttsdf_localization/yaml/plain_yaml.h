@@ -8,9 +8,19 @@
 
 namespace ttsdf {
 
-/// The one document of a YAML file. Throws std::runtime_error that begins with `what` and the path:
-/// unreadable, larger than `max_bytes`, nested deeper than 16 levels, anchors and aliases (with which a few
-/// bytes become a cycle or gigabytes), not YAML.
-YAML::Node loadPlainYaml(const std::string& what, const std::string& path, std::size_t max_bytes);
+/// Anchors and aliases: with them a few bytes become a cycle or gigabytes.
+enum class Aliases {
+  kRefused,
+  kAllowed,  ///< but for those of what holds them; the caller bounds what they become
+};
+
+/// The one document of a text. Throws std::runtime_error that begins with `what`: nested deeper than 16
+/// levels, brackets that are not closed, aliases, not YAML.
+YAML::Node plainYaml(const std::string& what, const std::string& text, Aliases aliases = Aliases::kRefused);
+
+/// The same of a file: unreadable or larger than `max_bytes` is an error as well; messages begin with `what`
+/// and the path.
+YAML::Node loadPlainYaml(const std::string& what, const std::string& path, std::size_t max_bytes,
+                         Aliases aliases = Aliases::kRefused);
 
 }  // namespace ttsdf

@@ -4,6 +4,8 @@
 
 #include <stdexcept>
 
+#include "ttsdf_localization/yaml/plain_yaml.h"
+
 namespace ttsdf {
 
 namespace {
@@ -43,8 +45,9 @@ XmlRpc::XmlRpcValue fromYaml(const YAML::Node& node, int& left) {
 }  // namespace
 
 XmlRpc::XmlRpcValue parametersFromFile(const std::string& path) {
+  constexpr std::size_t kMostBytes = 1 << 20;
+  const YAML::Node root = loadPlainYaml("parameter file", path, kMostBytes, Aliases::kAllowed);
   try {
-    const YAML::Node root = YAML::LoadFile(path);
     if (root.IsNull()) return {};
     if (!root.IsMap()) throw std::runtime_error("got no map of keys to values");
     int left = kMostNodes;
@@ -64,8 +67,8 @@ void setParameter(XmlRpc::XmlRpcValue& tree, const std::string& assignment) {
   XmlRpc::XmlRpcValue value;
   try {
     int left = kMostNodes;
-    value = fromYaml(YAML::Load(assignment.substr(equals + 1)), left);
-  } catch (const YAML::Exception& error) {
+    value = fromYaml(plainYaml("", assignment.substr(equals + 1), Aliases::kAllowed), left);
+  } catch (const std::exception& error) {
     throw std::invalid_argument("got '" + assignment + "': " + error.what());
   }
   const std::size_t slash = key.find('/');
