@@ -31,7 +31,7 @@ class Guard : public YAML::EventHandler {
     const bool holds_itself = std::find(open_.begin(), open_.end(), anchor) != open_.end();
     if (aliases_ == Aliases::kAllowed && !holds_itself) return;
     throw std::runtime_error(file_ + "got an alias in line " + std::to_string(mark.line + 1) +
-                             (holds_itself ? " of what holds it" : ", wanted plain values"));
+                             (aliases_ == Aliases::kAllowed ? " of what holds it" : ", wanted plain values"));
   }
   void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {
     count();
