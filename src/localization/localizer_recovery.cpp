@@ -96,7 +96,7 @@ LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
   SearchOptions search = options_.search;
   search.starts = std::max(1, options_.recovery.start_starts / static_cast<int>(candidates.size()));
   update = searchAround(scan, candidates, search);
-  const Refusal refusal = judge(update, options_.gates.recovery_inlier_ratio);
+  const Refusal refusal = checkFound(update, options_.gates.recovery_inlier_ratio);
   if (!refusal) {
     double seconds = 0.0;
     for (const PoseGuess& guess : guesses_) seconds = std::max(seconds, guess.confirmation_seconds);
@@ -113,7 +113,7 @@ LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
   return finish(update);
 }
 
-Refusal Localizer::judge(const LocalizationUpdate& found, double min_inlier_ratio) const {
+Refusal Localizer::checkFound(const LocalizationUpdate& found, double min_inlier_ratio) const {
   if (!found.registered) return {RefusalReason::kNoPrior, "no pose to search around"};
   if (Refusal refusal = checkTermination(found.registration)) return refusal;
   if (Refusal refusal = checkFitAfterSearch(found.registration, options_.gates, min_inlier_ratio))
@@ -121,8 +121,8 @@ Refusal Localizer::judge(const LocalizationUpdate& found, double min_inlier_rati
   return {found.reason, found.message};  // too far from what was asked for
 }
 
-Refusal Localizer::judgeNearLast(const LocalizationUpdate& found) const {
-  if (Refusal refusal = judge(found, recoveryInliers())) return refusal;
+Refusal Localizer::checkFoundNearLast(const LocalizationUpdate& found) const {
+  if (Refusal refusal = checkFound(found, recoveryInliers())) return refusal;
   const double most = usual_score_ + options_.gates.recovery_score_margin;
   if (found.registration.score <= most) return {};
   std::ostringstream text;
@@ -140,7 +140,7 @@ LocalizationUpdate Localizer::recover(const LocalizerScan& scan) {
     return finish(update);
   }
   update = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
-  const Refusal refusal = judgeNearLast(update);
+  const Refusal refusal = checkFoundNearLast(update);
   if (!refusal) return place(scan, update, recoveryInliers(), options_.recovery.confirmation_seconds);
   if (refusal.reason != RefusalReason::kTooFewPoints) ++searches_done_;
   update.reason = refusal.reason;
@@ -174,7 +174,8 @@ LocalizationUpdate Localizer::wait(const LocalizerScan& scan) {
   if (prior && recovery.waiting_retry_seconds > 0.0 &&
       searchDue(scan.stamp, recovery.waiting_retry_seconds)) {
     LocalizationUpdate found = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
-    if (!judgeNearLast(found)) return place(scan, found, recoveryInliers(), recovery.confirmation_seconds);
+    if (!checkFoundNearLast(found))
+      return place(scan, found, recoveryInliers(), recovery.confirmation_seconds);
   }
   update.message = "waiting for a pose: initialpose, ~relocalize or ~global_localization";
   return finish(update);

@@ -56,7 +56,7 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
                                                                     options_.search.translation_sigma)};
     LocalizationUpdate found = searchAround(scan, {spread}, options_.search);
     // Places further away are for those who are lost.
-    if (!judgeNearLast(found) && found.registration.score < update.registration.score &&
+    if (!checkFoundNearLast(found) && found.registration.score < update.registration.score &&
         !checkPlausible(scan, *prior, found.registration)) {
       found.relocalized = true;
       return accept(scan, *prior, found);

@@ -38,7 +38,7 @@ double secondsSince(Clock::time_point begin) {
 constexpr double kFirst = 0.5;      // widest kernel, in radii of the scan
 constexpr double kKeptPart = 0.35;  // of the starts, after a few steps
 
-void judge(const GlobalOptions& options, RegistrationResult& best) {
+void settleOutcome(const GlobalOptions& options, RegistrationResult& best) {
   if (best.reason == TerminationReason::kTooFewPoints) return;
   if (verdict(best) > options.max_score || !best.success) {
     best.success = false;
@@ -79,7 +79,7 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
   best.reason = TerminationReason::kLowScore;  // if no start came through
   if (!found.empty())
     best = registration.alignFrom(points, found, PosePrior{found.front(), Matrix6d::Zero()});
-  judge(options, best);
+  settleOutcome(options, best);
   if (cancelled) {
     best.success = false;
     best.reason = TerminationReason::kCancelled;

@@ -3,8 +3,8 @@
 // are left for a registration on all points. Work is bounded by counts: the answer does not depend on the
 // machine's load.
 
+#include <algorithm>
 #include <functional>
-#include <optional>
 #include <vector>
 
 #include "scales.h"

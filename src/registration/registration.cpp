@@ -178,8 +178,8 @@ class Registration::Impl {
     if (result.success) result.covariance = measuredCovariance(solved);
   }
 
-  /// The map itself first, from the prior. The far field and further starts are other hypotheses, and count
-  /// if they explain the scan better.
+  /// The map itself first, from the prior. Where that does not explain the scan well, the far field and
+  /// further starts are other hypotheses, and count if they explain it better.
   void solveNear(RegistrationResult& result) {
     const Eigen::Isometry3d& T_prior = prior_.T_map_sensor;
     Hypothesis best = approach(T_prior);

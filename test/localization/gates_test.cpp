@@ -66,7 +66,8 @@ TEST(Gates, RefuseEachBadFigure) {
   EXPECT_EQ(checkJump({0.0, 0.6}, {}).reason, RefusalReason::kJump);
 }
 
-// A degenerate scan is never confident of the whole pose. It may be used with its prior, but only if what it fixes fits.
+// A degenerate scan is never confident of the whole pose. It may be used with its prior, but only if what it
+// fixes fits.
 TEST(Gates, ADegenerateScanHasToFitToo) {
   RegistrationResult result = goodResult();
   result.success = false;

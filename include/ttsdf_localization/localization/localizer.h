@@ -148,9 +148,9 @@ class Localizer {
   LocalizationUpdate wait(const LocalizerScan& scan);
   LocalizationUpdate searchAround(const LocalizerScan& scan, const std::vector<Prediction>& candidates,
                                   const SearchOptions& search);
-  Refusal judge(const LocalizationUpdate& found, double min_inlier_ratio) const;
+  Refusal checkFound(const LocalizationUpdate& found, double min_inlier_ratio) const;
   /// Held to what is usual: a wrong place near the last pose fits worse.
-  Refusal judgeNearLast(const LocalizationUpdate& found) const;
+  Refusal checkFoundNearLast(const LocalizationUpdate& found) const;
   bool searchDue(double stamp, double period);
   Prediction recoveryPrior(const Prediction& prediction) const;
   Prediction withLeastSpread(Prediction prediction) const;

@@ -80,7 +80,7 @@ struct RegistrationResult {
   /// Least evidence [standard errors] against a pose that is inlier_distance off along a weak direction
   /// (robust).
   double least_evidence = 0.0;
-  double confidence = 0.0;  ///< that the pose is right, from the verification [0, 1] (method robust)
+  double confidence = 0.0;      ///< that the pose is right, from the verification [0, 1] (method robust)
   double fit_confidence = 0.0;  ///< the same of the directions that the scan fixes (others are the prior's)
   /// Of the pose given scan and prior: left perturbation [rotation; translation] about the sensor's position.
   Matrix6d covariance = Matrix6d::Zero();

@@ -10,7 +10,7 @@ namespace ttsdf {
 
 namespace {
 
-constexpr int kMostNodes = 10000;  // an alias may stand for what holds it: `a: &a [*a]`
+constexpr int kMostNodes = 10000;  // aliases of aliases multiply
 
 XmlRpc::XmlRpcValue fromYaml(const YAML::Node& node, int& left);
 
