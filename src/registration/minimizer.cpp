@@ -20,9 +20,9 @@ bool small(const Vector6d& xi, const StageOptions& options) {
 }
 
 /// What a point's share of the cost counts against the prior [1 / m^2].
-double pointWeight(const NormalEquations& e, double sigma) {
+double pointWeight(const NormalEquations& e, double sigma, double independent_points) {
   const double points = std::max(1, e.points());
-  return std::min(kIndependentPoints, points) / (points * sigma * sigma);
+  return std::min(independent_points, points) / (points * sigma * sigma);
 }
 
 /// Negative log likelihood of scan and prior. Points outside cost the most a point can; those that say
@@ -33,7 +33,7 @@ struct Objective {
   const PosePrior& prior;
   Objective(const NormalEquations& start, const StageOptions& options)
       : unknown_cost(start.valid > 0 ? start.cost / start.valid : 1.0),
-        data_weight(pointWeight(start, supposedSigma(options.model.scale))),
+        data_weight(pointWeight(start, supposedSigma(options.model.scale), options.independent_points)),
         loss_weight(0.5 * options.model.scale * options.model.scale * data_weight),
         prior(options.prior) {}
   double operator()(const NormalEquations& e, const Eigen::Isometry3d& T) const {
@@ -97,7 +97,7 @@ double countedShare(double share, double gradient_noise) {
 }
 
 double dataWeight(const NormalEquations& equations, double sigma) {
-  return pointWeight(equations, sigma) * equations.weight;
+  return pointWeight(equations, sigma, kIndependentPoints) * equations.weight;
 }
 
 Eigen::Isometry3d settle(const ScanBuffer& scan, const Eigen::Isometry3d& T_fit, const Matrix6d& directions,

@@ -6,6 +6,16 @@
 
 namespace ttsdf {
 
+/// Errors of a scan's points are correlated (a wall, a patch of the map), so against the prior a scan counts
+/// as so many points at most.
+constexpr double kIndependentPoints = 100.0;
+/// In the last stage residuals are little more than the sensor's noise, which is new in every pixel. With
+/// fewer, an odometry that drifts by 5 % pulls the poses after it.
+constexpr double kIndependentPointsAtLast = 1000.0;
+/// Standard deviation of the residuals that a Geman-McClure kernel of this scale is right for [m].
+constexpr double kScalePerSigma = 3.0;
+inline double supposedSigma(double kernel_scale) { return kernel_scale / kScalePerSigma; }
+
 struct StageOptions {
   int points = 0;  ///< prefix of the scan
   ResidualModel model;
@@ -18,14 +28,8 @@ struct StageOptions {
   /// Share of the information that a direction shows by the noise of the map's gradients alone: it does not
   /// count against the prior.
   double gradient_noise = 0.0;
+  double independent_points = kIndependentPoints;  ///< as so many points, at most, the scan counts against it
 };
-
-/// Errors of a scan's points are correlated (a wall, a patch of the map), so against the prior a scan counts
-/// as so many points at most.
-constexpr double kIndependentPoints = 100.0;
-/// Standard deviation of the residuals that a Geman-McClure kernel of this scale is right for [m].
-constexpr double kScalePerSigma = 3.0;
-inline double supposedSigma(double kernel_scale) { return kernel_scale / kScalePerSigma; }
 
 struct StageResult {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();

@@ -326,9 +326,10 @@ class Registration::Impl {
     const int part = scan_.prefix(kMiddlePoints);
     const double noise = gradientNoise(best.equations, scales_.voxel);
     double scale = scales_.last;
-    const auto solve = [&](int points, int iterations, double cost_epsilon) {
+    const auto solve = [&](int points, int iterations, double cost_epsilon, double independent = kIndependentPoints) {
       StageOptions stage = stageOptions(scale, points, iterations);
       stage.gradient_noise = noise;
+      stage.independent_points = independent;
       stage.cost_epsilon = std::max(stage.cost_epsilon, cost_epsilon);
       const StageResult solved = levenbergMarquardt(*field_, scan_, best.T_map_sensor, stage);
       iterations_ += solved.iterations;
@@ -346,7 +347,7 @@ class Registration::Impl {
       scale = narrower;
       if (!solve(part, kPartIterations, kMiddleCostEpsilon)) break;
     }
-    solve(scan_.fitted(), options_.max_iterations, 0.0);
+    solve(scan_.fitted(), options_.max_iterations, 0.0, kIndependentPointsAtLast);
     // What the scan says about the pose is told with the wide kernel, whatever refined it.
     if (scale < scales_.last)
       best.equations = linearize(*field_, scan_, scan_.fitted(), best.T_map_sensor, model(scales_.last));
