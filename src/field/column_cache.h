@@ -29,7 +29,7 @@ class ColumnCache {
   std::size_t memoryBytes() const;
 
   /// Blocks that are always there: a part of what one scan asks for.
-  static constexpr std::size_t kLeast = 512;
+  static constexpr std::size_t kLeast = 128;
   /// Blocks that a scan of a depth camera asks for, about: more are of little use to it.
   static constexpr std::size_t kScan = 1500;
 

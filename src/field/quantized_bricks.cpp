@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "../tensor/vectorize.h"
 
@@ -70,59 +71,117 @@ QuantizedBricks::QuantizedBricks(const std::array<int, 3>& sizes) : counts_(coun
   before_.assign(bits_.size(), 0);
 }
 
-void QuantizedBricks::allocate() {
+std::size_t QuantizedBricks::fitting(std::size_t count, std::size_t bytes) {
+  constexpr std::size_t kBrick = kBrickSamples + sizeof(Range);
+  if (count * kBrick <= bytes) return count;
+  const std::size_t table = count * sizeof(std::uint32_t);
+  return bytes > table ? (bytes - table) / (kBrick + sizeof(std::uint32_t) + sizeof(std::uint8_t)) : 0;
+}
+
+std::size_t QuantizedBricks::reserved() const {
+  std::size_t count = 0;
+  for (const std::uint64_t word : bits_) count += bitCount(word);
+  return count;
+}
+
+void QuantizedBricks::allocate() { allocate(std::numeric_limits<std::size_t>::max()); }
+
+void QuantizedBricks::allocate(std::size_t most) {
   std::uint32_t count = 0;
   for (std::size_t word = 0; word < bits_.size(); ++word) {
     before_[word] = count;
     count += bitCount(bits_[word]);
   }
-  ranges_.assign(count, Range{0.0f, 0.0f});
-  bytes_.assign(std::size_t{count} * kBrickSamples, 0);
+  const std::size_t held = std::min<std::size_t>(most, count);
+  ranges_.assign(held, Range{0.0f, 0.0f});
+  bytes_.assign(held * kBrickSamples, 0);
+  if (held == count) return;
+  slots_.assign(count, 0);
+  owners_.assign(held, 0);
+  used_.assign(held, 0);
 }
 
-void QuantizedBricks::set(Id id, const float* samples) {
+void QuantizedBricks::toBytes(std::size_t slot, const float* samples) {
   float lowest = samples[0], highest = samples[0];
   for (int n = 1; n < kBrickSamples; ++n) {
     lowest = std::min(lowest, samples[n]);
     highest = std::max(highest, samples[n]);
   }
-  const std::size_t place = placeOf(id);
   const float step = (highest - lowest) / kSteps;
-  ranges_[place] = Range{lowest, step};
+  ranges_[slot] = Range{lowest, step};
   const float per_step = step > 0.0f ? 1.0f / step : 0.0f;
-  std::uint8_t* const out = &bytes_[place * kBrickSamples];
+  std::uint8_t* const out = &bytes_[slot * kBrickSamples];
   for (int n = 0; n < kBrickSamples; ++n) {
     out[n] = static_cast<std::uint8_t>(
         std::clamp(std::lround((samples[n] - lowest) * per_step), 0L, static_cast<long>(kSteps)));
   }
 }
 
-int QuantizedBricks::corners(const CellChunk& cells, CornerChunk& out, std::int32_t* missing) const {
+void QuantizedBricks::set(Id id, const float* samples) { toBytes(placeOf(id), samples); }
+
+/// Of the brick that was not used for the longest time, about ("clock" replacement).
+std::size_t QuantizedBricks::freeSlot() {
+  while (used_[hand_] != 0) {
+    used_[hand_] = 0;
+    hand_ = (hand_ + 1) % used_.size();
+  }
+  const std::size_t slot = hand_;
+  hand_ = (hand_ + 1) % used_.size();
+  if (owners_[slot] != 0) slots_[owners_[slot] - 1] = 0;
+  return slot;
+}
+
+template <class SlotOf>
+int QuantizedBricks::copy(const CellChunk& cells, CornerChunk& out, std::int32_t* missing,
+                          const SlotOf& slotOf) const {
   BrickChunk where;
   ByteChunk bytes;
   locateBricks(cells, where);
   int misses = 0;
   const bool none = bytes_.empty();
   for (int n = 0; n < cells.size; ++n) {
-    const Id id = idOf(where.brick[0][n], where.brick[1][n], where.brick[2][n]);
+    const int a = where.brick[0][n], b = where.brick[1][n], c = where.brick[2][n];
+    const Id id = idOf(a, b, c);
     if (none || !has(id)) {
       missing[misses++] = n;
       bytes.lowest[n] = bytes.step[n] = 0.0f;
       std::memset(bytes.corner[n], 0, 8);
       continue;
     }
-    const std::size_t place = placeOf(id);
-    bytes.lowest[n] = ranges_[place].lowest;
-    bytes.step[n] = ranges_[place].step;
-    copyCorners(&bytes_[place * kBrickSamples + static_cast<std::size_t>(where.offset[n])], bytes.corner[n]);
+    const std::size_t slot = slotOf(placeOf(id), a, b, c);
+    bytes.lowest[n] = ranges_[slot].lowest;
+    bytes.step[n] = ranges_[slot].step;
+    copyCorners(&bytes_[slot * kBrickSamples + static_cast<std::size_t>(where.offset[n])], bytes.corner[n]);
   }
   toFloats(bytes, cells.size, out);
   return misses;
 }
 
+int QuantizedBricks::corners(const CellChunk& cells, CornerChunk& out, std::int32_t* missing) const {
+  return copy(cells, out, missing, [](std::size_t place, int, int, int) { return place; });
+}
+
+int QuantizedBricks::corners(const CellChunk& cells, CornerChunk& out, std::int32_t* missing,
+                             const Decode& decode) {
+  return copy(cells, out, missing, [&](std::size_t place, int a, int b, int c) {
+    if (slots_[place] == 0) {
+      std::array<float, kBrickSamples> samples;
+      decode(a, b, c, samples.data());
+      const std::size_t slot = freeSlot();
+      toBytes(slot, samples.data());
+      owners_[slot] = static_cast<std::uint32_t>(place + 1);
+      slots_[place] = static_cast<std::uint32_t>(slot + 1);
+    }
+    const std::size_t slot = slots_[place] - 1;
+    used_[slot] = 1;
+    return slot;
+  });
+}
+
 std::size_t QuantizedBricks::memoryBytes() const {
   return bits_.size() * sizeof(std::uint64_t) + before_.size() * sizeof(std::uint32_t) +
-         ranges_.size() * sizeof(Range) + bytes_.size();
+         ranges_.size() * sizeof(Range) + bytes_.size() +
+         (slots_.size() + owners_.size()) * sizeof(std::uint32_t) + used_.size();
 }
 
 }  // namespace ttsdf

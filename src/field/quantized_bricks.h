@@ -3,11 +3,13 @@
 //
 // A brick holds the corners of 7 x 7 x 7 cells and has a range of its own: its bytes are steps of a 255th of
 // it. Distances change by one voxel per voxel at most, so a step is a twentieth of a voxel. Which bricks
-// there are is one bit each; where they lie follows from how many bits are set before.
+// there are is one bit each; where they lie follows from how many bits are set before. Where there is no
+// room for all of them, those asked for last are held, and the others are made again when they are asked for.
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "grid_locator.h"
@@ -18,10 +20,12 @@ constexpr int kBrickCells = 7;               ///< cells along an edge
 constexpr int kBrickSide = kBrickCells + 1;  ///< samples along an edge
 constexpr int kBrickSamples = kBrickSide * kBrickSide * kBrickSide;
 
-/// Once filled it is only read, from any number of threads.
+/// A whole set, once filled, is only read, from any number of threads.
 class QuantizedBricks {
  public:
   using Id = std::size_t;
+  /// Writes the samples of a brick (its place along each axis), first axis fastest.
+  using Decode = std::function<void(int a, int b, int c, float* samples)>;
 
   QuantizedBricks() = default;
   /// Bricks that cover a grid of `sizes` samples; none of them is there.
@@ -40,27 +44,36 @@ class QuantizedBricks {
 
   /// Says that a brick will be there; all of them before the first `set`.
   void reserve(Id id) { bits_[id >> 6] |= std::uint64_t{1} << (id & 63); }
-  /// Counts and makes room. Afterwards the set of bricks is fixed.
+  /// Counts and makes room for all bricks, or for the `most` asked for last. Afterwards the set is fixed.
   void allocate();
+  void allocate(std::size_t most);
+  /// Room for all of them: nothing is ever made again.
+  bool whole() const { return slots_.empty(); }
+  std::size_t reserved() const;
   bool has(Id id) const { return (bits_[id >> 6] >> (id & 63)) & 1u; }
   std::size_t size() const { return ranges_.size(); }
-  /// Samples, first axis fastest; not finite ones count as 0.
+  /// Of a whole set: samples, first axis fastest; not finite ones count as 0.
   void set(Id id, const float* samples);
 
   /// Corners of the cells of a chunk. Points whose brick is missing are noted in `missing` (their corners are
   /// left as they are); how many there are.
   int corners(const CellChunk& cells, CornerChunk& out, std::int32_t* missing) const;
+  /// The same of a set that is not whole, by one thread at a time.
+  int corners(const CellChunk& cells, CornerChunk& out, std::int32_t* missing, const Decode& decode);
 
   /// Bytes held.
   std::size_t memoryBytes() const;
   /// Of `count` bricks in a grid of `sizes` samples.
   static std::size_t bytesFor(const std::array<int, 3>& sizes, std::size_t count);
+  /// How many of `count` bricks `bytes` hold, beside what there always is.
+  static std::size_t fitting(std::size_t count, std::size_t bytes);
   static std::array<int, 3> countsFor(const std::array<int, 3>& sizes);
 
  private:
   struct Range {
     float lowest, step;
   };
+  /// Among the bricks of the set.
   std::size_t placeOf(Id id) const {
     const std::uint64_t below = bits_[id >> 6] & ((std::uint64_t{1} << (id & 63)) - 1);
     return before_[id >> 6] + bitCount(below);
@@ -73,11 +86,21 @@ class QuantizedBricks {
     return static_cast<std::uint32_t>((bits * 0x0101010101010101U) >> 56);
   }
 
+  void toBytes(std::size_t slot, const float* samples);
+  std::size_t freeSlot();
+  template <class SlotOf>
+  int copy(const CellChunk& cells, CornerChunk& out, std::int32_t* missing, const SlotOf& slotOf) const;
+
   std::array<int, 3> counts_{};
   std::vector<std::uint64_t> bits_;    // of every brick: is it there
   std::vector<std::uint32_t> before_;  // bricks before each word
-  std::vector<Range> ranges_;
-  std::vector<std::uint8_t> bytes_;
+  std::vector<Range> ranges_;          // per slot
+  std::vector<std::uint8_t> bytes_;    // per slot
+  // Of a set that is not whole.
+  std::vector<std::uint32_t> slots_;   // of every brick of the set: its slot + 1, 0: none
+  std::vector<std::uint32_t> owners_;  // per slot: its brick's place + 1, 0: free
+  std::vector<std::uint8_t> used_;     // per slot: since the hand passed
+  std::size_t hand_ = 0;               // the slot that goes next, unless it was used
 };
 
 }  // namespace ttsdf

@@ -17,9 +17,7 @@ const float kCentreReach = 1.15f * (0.5f * std::sqrt(3.0f) * kBrickCells + kReac
 }  // namespace
 
 SurfaceBricks::SurfaceBricks(const StoredCores& cores, const GridGeometry& geometry, const SupportMask& mask)
-    : cores_(cores), geometry_(geometry), mask_(mask), layout_(cores.sizes()) {
-  class_.assign(layout_.idCount(), 0);
-}
+    : cores_(cores), geometry_(geometry), mask_(mask), counts_(QuantizedBricks::countsFor(cores.sizes())) {}
 
 Dims SurfaceBricks::toArray(int i, int j, int k) const {
   Dims index;
@@ -42,32 +40,24 @@ bool SurfaceBricks::supported(int a, int b, int c) const {
   return false;
 }
 
-/// 1: nearest the surface.
-int SurfaceBricks::classOf(int a, int b, int c, const float* samples) const {
-  const auto voxel = static_cast<float>(geometry_.voxel_size);
-  float nearest = kReach * voxel;
-  bool found = false;
+bool SurfaceBricks::nearSurface(int a, int b, int c, const float* samples) const {
+  const float reach = kReach * static_cast<float>(geometry_.voxel_size);
   const auto& sizes = cores_.sizes();
   for (int n = 0; n < kBrickSamples; ++n) {
-    const float distance = std::abs(samples[n]);
-    if (distance > nearest) continue;
+    if (!(std::abs(samples[n]) <= reach)) continue;
     const int i = std::min(a * kBrickCells + n % kBrickSide, sizes[0] - 1),
               j = std::min(b * kBrickCells + n / kBrickSide % kBrickSide, sizes[1] - 1),
               k = std::min(c * kBrickCells + n / kBrickSide / kBrickSide, sizes[2] - 1);
     const Dims at = toArray(i, j, k);
-    if (!mask_.atVoxel(at[0], at[1], at[2])) continue;
-    nearest = distance;
-    found = true;
+    if (mask_.atVoxel(at[0], at[1], at[2])) return true;
   }
-  if (!found) return 0;
-  return 1 + std::min(kClasses - 2,
-                      static_cast<int>(static_cast<float>(kClasses - 1) * nearest / (kReach * voxel)));
+  return false;
 }
 
 /// The last mode runs fastest: it needs the same columns.
 template <class Visit>
 void SurfaceBricks::forEachBrick(const KeepGoing& keep_going, const Visit& visit) const {
-  const auto& n = layout_.counts();
+  const auto& n = counts_;
   for (int b = 0; b < n[1]; ++b) {
     for (int a = 0; a < n[0]; ++a) {
       goOn(keep_going);
@@ -76,9 +66,10 @@ void SurfaceBricks::forEachBrick(const KeepGoing& keep_going, const Visit& visit
   }
 }
 
-void SurfaceBricks::find(ColumnCache& columns, const KeepGoing& keep_going) {
+QuantizedBricks SurfaceBricks::find(ColumnCache& columns, const KeepGoing& keep_going) const {
   const auto& sizes = cores_.sizes();
   const float reach = kCentreReach * static_cast<float>(geometry_.voxel_size);
+  QuantizedBricks bricks(sizes);
   std::array<float, kBrickSamples> samples;
   std::size_t decoded = 0;
   forEachBrick(keep_going, [&](int a, int b, int c) {
@@ -86,49 +77,24 @@ void SurfaceBricks::find(ColumnCache& columns, const KeepGoing& keep_going) {
     const auto centre = [&](int at, int mode) {
       return std::min(at * kBrickCells + kBrickCells / 2, sizes[static_cast<std::size_t>(mode)] - 1);
     };
-    const float at_centre = std::abs(columns.sample(centre(a, 0), centre(b, 1), centre(c, 2)));
-    if (at_centre > reach) return;
-    if (decoded++ > kMostDecoded) {  // surfaces without end: the centres tell as much as there is time for
-      class_[layout_.idOf(a, b, c)] = static_cast<std::uint8_t>(
-          1 + static_cast<int>(static_cast<float>(kClasses - 2) * at_centre / reach));
-      return;
+    if (std::abs(columns.sample(centre(a, 0), centre(b, 1), centre(c, 2))) > reach) return;
+    if (decoded++ < kMostDecoded) {  // beyond, the centre tells as much as there is time for
+      columns.box(a * kBrickCells, b * kBrickCells, c * kBrickCells, kBrickSide, samples.data());
+      if (!nearSurface(a, b, c, samples.data())) return;
     }
-    columns.box(a * kBrickCells, b * kBrickCells, c * kBrickCells, kBrickSide, samples.data());
-    class_[layout_.idOf(a, b, c)] = static_cast<std::uint8_t>(classOf(a, b, c, samples.data()));
+    bricks.reserve(bricks.idOf(a, b, c));
   });
+  return bricks;
 }
 
-std::size_t SurfaceBricks::count() const {
-  return static_cast<std::size_t>(
-      std::count_if(class_.begin(), class_.end(), [](std::uint8_t of) { return of != 0; }));
-}
-
-QuantizedBricks SurfaceBricks::make(ColumnCache& columns, std::size_t most,
-                                    const KeepGoing& keep_going) const {
-  std::array<std::size_t, kClasses + 1> sizes{};
-  for (const std::uint8_t of : class_) ++sizes[of];
-  QuantizedBricks bricks(cores_.sizes());
-  std::size_t room = most;
-  for (int of = 1; of < kClasses && room > 0; ++of) {
-    // Of a class that does not fit, bricks spread evenly over the map.
-    const std::size_t there = sizes[static_cast<std::size_t>(of)], taken = std::min(there, room);
-    std::size_t seen = 0;
-    for (std::size_t id = 0; id < class_.size(); ++id) {
-      if (class_[id] != of) continue;
-      if ((seen + 1) * taken / there > seen * taken / there) bricks.reserve(id);
-      ++seen;
-    }
-    room -= taken;
-  }
-  bricks.allocate();
+void SurfaceBricks::fill(ColumnCache& columns, const KeepGoing& keep_going, QuantizedBricks& bricks) const {
   std::array<float, kBrickSamples> samples;
   forEachBrick(keep_going, [&](int a, int b, int c) {
-    const QuantizedBricks::Id id = layout_.idOf(a, b, c);
+    const QuantizedBricks::Id id = bricks.idOf(a, b, c);
     if (!bricks.has(id)) return;
     columns.box(a * kBrickCells, b * kBrickCells, c * kBrickCells, kBrickSide, samples.data());
     bricks.set(id, samples.data());
   });
-  return bricks;
 }
 
 }  // namespace ttsdf

@@ -14,6 +14,8 @@ namespace ttsdf {
 
 namespace {
 
+constexpr std::size_t kLeastBricks = 1000;  // whatever the bound: with fewer, a scan makes them all the time
+
 const TensorTrain& matching(const TensorTrain& train, const Dims& dims) {
   if ((train.dims() == dims).all() && train.rank1() > 0) return train;
   std::ostringstream text;
@@ -46,42 +48,44 @@ class TtDistanceField::Impl {
     columns = ColumnCache(cores, room);
   }
 
-  /// How the room is shared between bricks and columns.
+  /// Which bricks there are does not depend on the memory, and so neither do the answers.
   void warmUp(const KeepGoing& keep_going) {
     if (ready.load(std::memory_order_acquire)) return;
     const std::lock_guard<std::mutex> lock(mutex);
     if (ready.load(std::memory_order_relaxed)) return;
-    SurfaceBricks surface(cores, grid.geometry(), grid.mask());
+    const SurfaceBricks surface(cores, grid.geometry(), grid.mask());
     ColumnCache scratch(cores, ColumnCache::bytesFor(cores, ColumnCache::kScan));
-    surface.find(scratch, keep_going);
-    const std::size_t per_brick =
-        QuantizedBricks::bytesFor({{1, 1, 1}}, 2) - QuantizedBricks::bytesFor({{1, 1, 1}}, 1);
-    const std::size_t all = surface.count() * per_brick;
-    // Beside bricks of the whole surface, columns serve the few points far from it; where there is no room
-    // for all bricks, the columns of one scan come first.
-    std::size_t for_columns = ColumnCache::bytesFor(cores, ColumnCache::kLeast);
-    if (all + for_columns > room)
-      for_columns = std::min(room, ColumnCache::bytesFor(cores, ColumnCache::kScan));
-    bricks = surface.make(scratch, std::min(all, room - std::min(room, for_columns)) / per_brick, keep_going);
-    columns = ColumnCache(cores, for_columns);
+    bricks = surface.find(scratch, keep_going);
+    // Bricks serve what is near the surface, columns the few points far from it and the making of bricks.
+    const std::size_t all = bricks.reserved(), least = ColumnCache::bytesFor(cores, ColumnCache::kLeast);
+    const std::size_t fitting = QuantizedBricks::fitting(all, room - std::min(room, least));
+    bricks.allocate(std::max(fitting, kLeastBricks));
+    if (bricks.whole()) surface.fill(scratch, keep_going, bricks);
+    columns = ColumnCache(cores, least);
     ready.store(true, std::memory_order_release);
   }
 
   void corners(const CellChunk& cells, CornerChunk& out) {
     std::int32_t missing[kChunk];
     int count = 0;
-    if (ready.load(std::memory_order_acquire)) {
-      count = bricks.corners(cells, out, missing);
-    } else {
+    std::unique_lock<std::mutex> lock(mutex, std::defer_lock);
+    if (!ready.load(std::memory_order_acquire)) {
       count = cells.size;
       for (int n = 0; n < count; ++n) missing[n] = n;
+    } else if (bricks.whole()) {
+      count = bricks.corners(cells, out, missing);
+    } else {
+      lock.lock();
+      count = bricks.corners(cells, out, missing, [this](int a, int b, int c, float* samples) {
+        columns.box(a * kBrickCells, b * kBrickCells, c * kBrickCells, kBrickSide, samples);
+      });
     }
     int kept = 0;
     for (int n = 0; n < count; ++n) {
       if (cells.state[missing[n]] != PointState::kOutside) missing[kept++] = missing[n];
     }
     if (kept == 0) return;
-    const std::lock_guard<std::mutex> lock(mutex);
+    if (!lock.owns_lock()) lock.lock();
     columns.corners(cells, missing, kept, out);
   }
 
@@ -117,9 +121,9 @@ class TtDistanceField::Impl {
 
   GridLocator grid;
   StoredCores cores;
-  std::mutex mutex;  // of the columns, and of who makes the bricks
+  std::mutex mutex;  // of the columns, and of bricks that come and go
   ColumnCache columns;
-  QuantizedBricks bricks;  // only read once `ready`
+  QuantizedBricks bricks;  // once `ready`, a whole set is only read
   std::atomic<bool> ready{false};
   std::size_t room = 0;  // for columns and bricks [bytes]
 };

@@ -65,6 +65,71 @@ TEST(QuantizedBricks, GiveTheCornersOfCellsToHalfAStep) {
   EXPECT_GT(misses, kChunk / 5);
 }
 
+TEST(QuantizedBricks, ThoseMadeWhenAskedForAreThoseOfTheWholeSet) {
+  const std::array<int, 3> sizes{{50, 40, 30}};
+  const QuantizedBricks whole = someBricks(sizes);
+  QuantizedBricks few(sizes);
+  for (QuantizedBricks::Id id = 0; id < few.idCount(); id += 3) few.reserve(id);
+  EXPECT_EQ(few.reserved(), whole.size());
+  constexpr std::size_t kHeld = 7;
+  few.allocate(kHeld);
+  EXPECT_FALSE(few.whole());
+  EXPECT_TRUE(whole.whole());
+  int made = 0;
+  const auto decode = [&made](int a, int b, int c, float* samples) {
+    ++made;
+    for (int n = 0; n < kBrickSamples; ++n) {
+      samples[n] = planar(a * kBrickCells + n % kBrickSide, b * kBrickCells + n / kBrickSide % kBrickSide,
+                          c * kBrickCells + n / kBrickSide / kBrickSide);
+    }
+  };
+  std::mt19937 random(2);
+  CellChunk cells;
+  CornerChunk expected, corners;
+  std::int32_t missing[kChunk], missing_expected[kChunk];
+  cells.size = kChunk;
+  for (int round = 0; round < 20; ++round) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::uniform_int_distribution<std::int32_t> cell(0, sizes[axis] - 2);
+      for (std::int32_t& n : cells.cell[axis]) n = cell(random);
+    }
+    const int misses = whole.corners(cells, expected, missing_expected);
+    ASSERT_EQ(few.corners(cells, corners, missing, decode), misses);
+    for (int n = 0; n < misses; ++n) EXPECT_EQ(missing[n], missing_expected[n]);
+    for (int n = 0; n < kChunk; ++n) {
+      for (int c = 0; c < 8; ++c) ASSERT_EQ(corners.value[n][c], expected.value[n][c]);
+    }
+  }
+  EXPECT_GT(made, static_cast<int>(whole.size())) << "made again and again";
+
+  // A few that fit are made once.
+  cells.size = 3;
+  for (int n = 0; n < 3; ++n) cells.cell[0][n] = 3 * kBrickCells * n, cells.cell[1][n] = cells.cell[2][n] = 0;
+  few.corners(cells, corners, missing, decode);
+  made = 0;
+  for (int round = 0; round < 20; ++round) few.corners(cells, corners, missing, decode);
+  EXPECT_EQ(made, 0);
+}
+
+TEST(QuantizedBricks, AsManyAreHeldAsBytesAllow) {
+  const std::array<int, 3> sizes{{50, 40, 30}};
+  const std::size_t empty = QuantizedBricks::bytesFor(sizes, 0);
+  QuantizedBricks counted(sizes);
+  for (QuantizedBricks::Id id = 0; id < counted.idCount(); ++id) counted.reserve(id);
+  const std::size_t all = counted.reserved();
+  for (const std::size_t bytes : {std::size_t{0}, std::size_t{5000}, std::size_t{50000}, std::size_t{1000000}}) {
+    QuantizedBricks bricks = counted;
+    const std::size_t held = QuantizedBricks::fitting(all, bytes);
+    bricks.allocate(held);
+    EXPECT_EQ(bricks.size(), std::min(held, all));
+    if (held > 0) {
+      EXPECT_LE(bricks.memoryBytes(), empty + bytes);
+    }
+    EXPECT_EQ(bricks.whole(), bytes == 1000000);
+    EXPECT_EQ(held > 80, bytes >= 50000);
+  }
+}
+
 TEST(QuantizedBricks, TakeTheBytesTheySay) {
   const std::array<int, 3> sizes{{50, 40, 30}};
   const QuantizedBricks bricks = someBricks(sizes);

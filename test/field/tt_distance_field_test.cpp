@@ -99,6 +99,34 @@ TEST(TtDistanceField, KeepsTheBoundWithoutChangingAnswers) {
   }
 }
 
+TEST(TtDistanceField, OnceWarmAnswersDoNotDependOnTheMemory) {
+  const Dims dims(170, 170, 160);
+  GridGeometry geometry = turnedGeometry(dims);
+  geometry.voxel_size = 1.0 / dims.maxCoeff();
+  const TensorTrain train = lowRank(dims, 6);
+  const TtDistanceField least(train, geometry, {}, withMemory(0.0));
+  const TtDistanceField reference(train, geometry, {}, withMemory(100.0));
+  least.warmUp();
+  reference.warmUp();
+  ASSERT_GT(reference.memory().bricks, least.memory().bricks + 100000u);
+  std::vector<Eigen::Matrix3Xf> points;
+  std::vector<FieldSamples> truth;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    points.push_back(randomPoints(geometry, 4000, 0.0, 0.0, seed));
+    truth.push_back(reference.evaluate(points.back()));
+    expectSame(least.evaluate(points.back()), truth.back());
+  }
+  std::vector<FieldSamples> answers(points.size());
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      for (std::size_t n = t; n < points.size(); n += 4) answers[n] = least.evaluate(points[n]);
+    });
+  }
+  for (auto& thread : threads) thread.join();
+  for (std::size_t n = 0; n < points.size(); ++n) expectSame(answers[n], truth[n]);
+}
+
 TEST(TtDistanceField, AnswersDoNotDependOnWhatWasAskedBefore) {
   const Dims dims(40, 33, 36);
   const GridGeometry geometry = turnedGeometry(dims);

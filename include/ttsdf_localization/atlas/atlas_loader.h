@@ -22,7 +22,7 @@ namespace ttsdf {
 
 struct AtlasLoaderOptions {
   double memory_megabytes = 60.0;  ///< of all maps, far fields included
-  double map_megabytes = 3.0;      ///< of one (TtFieldOptions::memory_megabytes)
+  double map_megabytes = 4.0;      ///< of one (TtFieldOptions::memory_megabytes)
   double radius = 6.0;             ///< maps at most this far from the pose are wanted [m]
   double prediction = 3.0;         ///< the robot is expected to keep its velocity for so long [s]
   double retry_seconds = 30.0;     ///< a map that could not be read is tried again after [s]

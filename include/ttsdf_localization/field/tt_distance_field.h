@@ -19,8 +19,9 @@ namespace ttsdf {
 struct TtFieldOptions {
   Interpolation interpolation = Interpolation::kTrilinear;
   /// Everything that the map takes: cores, mask, columns, bricks, and the far field of registration, for
-  /// which room is left. Cores, mask, far field and 64 blocks of columns are always there.
-  double memory_megabytes = 3.0;
+  /// which room is left. Cores, mask, far field and what one scan works with are always there. It changes
+  /// the time that scans take, not their poses.
+  double memory_megabytes = 4.0;
 };
 
 /// Where the bytes are.

@@ -89,8 +89,9 @@ const OptionTable<MapSourceOptions>& mapSourceOptionTable() {
           .add("max_map_voxels", &O::max_map_voxels, 1.0, 1.7e10, "",
                "Maps of larger grids are refused: preparing them takes time with their voxels.")
           .add("memory_megabytes", &O::memory_megabytes, 0.0, 100000.0, "MB",
-               "Memory for the map, everything counted: cores, mask, far field, and the parts around the "
-               "surface that are kept decoded as far as there is room; less is slower.");
+               "Memory for the map, everything counted: cores, mask, far field, and the parts of the surface "
+               "that scans asked for last, decoded. Poses do not depend on it; less than a scan works with "
+               "is never taken, and with more, a robot that comes back finds more of the surface decoded.");
   return table;
 }
 

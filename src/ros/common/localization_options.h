@@ -33,7 +33,7 @@ struct MapSourceOptions {
   double atlas_radius = 6.0;         ///< maps at most this far from the robot are in use [m]
   double max_map_megabytes = 256.0;  ///< reading a map may take so much memory
   double max_map_voxels = 4e9;       ///< larger grids are refused
-  double memory_megabytes = 3.0;     ///< everything that the map takes, as far as it can be less
+  double memory_megabytes = 4.0;     ///< everything that the map takes, as far as it can be less
 };
 
 /// Pose at the start.
