@@ -1,6 +1,6 @@
 # shellcheck shell=bash
 # The part of scripts/fresh that runs in namespaces of its own: makes the root, enters it, runs the command.
-# Run by scripts/fresh only, which passes TTSDF_FRESH_ROOT, _CACHE, _RELEASE, _ARCH and _CCACHE.
+# Run by scripts/fresh only, which passes TTSDF_FRESH_ROOT, _CACHE, _RELEASE, _ARCH, _WITH and _CCACHE.
 
 set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
@@ -101,16 +101,19 @@ mount_system() {
   fi
 }
 
-# The files of the checkout; those that git ignores (build folders) stay out. A build of an earlier command stays.
+# The files of the checkout; those that git ignores (build folders) stay out. A build of an earlier command stays, and takes
+# all files for new ones.
 copy_checkout() {
   mkdir -p "$root$COPY"
   find "$root$COPY" -mindepth 1 -maxdepth 1 ! -name build -exec rm -rf {} +
-  if git -C "$TTSDF_ROOT" -c safe.directory='*' rev-parse --git-dir >/dev/null 2>&1; then
+  if [ -n "$TTSDF_FRESH_WITH" ]; then
+    cp -R "$TTSDF_FRESH_WITH/." "$root$COPY"
+  elif git -C "$TTSDF_ROOT" -c safe.directory='*' rev-parse --git-dir >/dev/null 2>&1; then
     git -C "$TTSDF_ROOT" -c safe.directory='*' ls-files -z --cached --others --exclude-standard |
       (cd "$TTSDF_ROOT" && xargs -0 sh -c 'for f; do [ ! -e "$f" ] || printf "%s\0" "$f"; done' sh) |
-      tar --create --directory "$TTSDF_ROOT" --null --files-from=- | tar --extract --directory "$root$COPY" --no-same-owner
+      tar --create --directory "$TTSDF_ROOT" --null --files-from=- | tar --extract --touch --directory "$root$COPY" --no-same-owner
   else
-    tar --create --directory "$TTSDF_ROOT" --exclude=./build . | tar --extract --directory "$root$COPY" --no-same-owner
+    tar --create --directory "$TTSDF_ROOT" --exclude=./build . | tar --extract --touch --directory "$root$COPY" --no-same-owner
   fi
 }
 
