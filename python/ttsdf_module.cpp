@@ -343,6 +343,7 @@ PYBIND11_MODULE(ttsdf, m) {
       .def_readonly("inlier_ratio", &RegistrationResult::inlier_ratio)
       .def_readonly("score", &RegistrationResult::score)
       .def_readonly("confidence", &RegistrationResult::confidence)
+      .def_readonly("runner_up_score", &RegistrationResult::runner_up_score)
       .def_readonly("degenerate_directions", &RegistrationResult::degenerate_directions)
       .def_readonly("milliseconds", &RegistrationResult::milliseconds)
       .def_property_readonly(

@@ -27,6 +27,7 @@ class MultiStart {
   MultiStart(const Registration& registration, const ScanPoints& points, int coarse_points);
 
   int points() const { return scan_.size(); }
+  double radius() const { return scan_.radius(); }
   const DistanceField& coarse() const { return coarse_; }
   /// A sensor is at least so far from the nearest surface [m].
   double clearance() const { return std::min(5.0 * scales_.voxel, 0.1 * scan_.radius()); }

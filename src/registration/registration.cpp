@@ -326,7 +326,8 @@ class Registration::Impl {
     const int part = scan_.prefix(kMiddlePoints);
     const double noise = gradientNoise(best.equations, scales_.voxel);
     double scale = scales_.last;
-    const auto solve = [&](int points, int iterations, double cost_epsilon, double independent = kIndependentPoints) {
+    const auto solve = [&](int points, int iterations, double cost_epsilon,
+                           double independent = kIndependentPoints) {
       StageOptions stage = stageOptions(scale, points, iterations);
       stage.gradient_noise = noise;
       stage.independent_points = independent;

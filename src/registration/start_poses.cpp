@@ -77,39 +77,76 @@ std::vector<Eigen::Isometry3d> startsAround(const Eigen::Isometry3d& T_map_senso
   return starts;
 }
 
+namespace {
+
+constexpr int kBatch = 4096;
+
+/// Positions evenly over the box of a map, and which of them a sensor may be at.
+class FreeSpace {
+ public:
+  FreeSpace(const DistanceField& field, const DistanceField& far, double clearance, const Halton& halton)
+      : field_(field), far_(far), clearance_(clearance), halton_(halton) {
+    constexpr double kLeastObserved = 0.02;  // of the box: less, and the map does not tell what it has seen
+    look(0);
+    if (share() < kLeastObserved) {
+      observed_only_ = false;
+      look(0);
+    }
+  }
+  /// Looks at positions [begin, begin + kBatch) of the sequence.
+  void look(int begin) {
+    const GridGeometry& geometry = field_.geometry();
+    const Eigen::Vector3d extent = (geometry.dims - 1).cast<double>();
+    for (int n = 0; n < kBatch; ++n) {
+      const Eigen::Vector3d unit(halton_(begin + n, 0), halton_(begin + n, 1), halton_(begin + n, 2));
+      positions_.col(n) = geometry.samplePosition(unit.cwiseProduct(extent)).cast<float>();
+    }
+    samples_ = field_.evaluate(positions_), distances_ = far_.evaluate(positions_);
+  }
+  bool clear(int n) const {
+    const auto at = static_cast<std::size_t>(n);
+    const PointState state = samples_.states[at];
+    return (observed_only_ ? state == PointState::kValid : state != PointState::kOutside) &&
+           distances_.states[at] != PointState::kOutside && distances_.values[n] >= clearance_;
+  }
+  Eigen::Vector3d position(int n) const { return positions_.col(n).cast<double>(); }
+  double share() const {
+    int count = 0;
+    for (int n = 0; n < kBatch; ++n) count += clear(n) ? 1 : 0;
+    return static_cast<double>(count) / kBatch;
+  }
+
+ private:
+  const DistanceField &field_, &far_;
+  double clearance_;
+  const Halton& halton_;
+  bool observed_only_ = true;
+  Eigen::Matrix3Xf positions_{3, kBatch};
+  FieldSamples samples_, distances_;
+};
+
+}  // namespace
+
+double freeVolume(const DistanceField& field, const DistanceField& far, double clearance, int seed) {
+  const Halton halton(seed);
+  const GridGeometry& geometry = field.geometry();
+  return FreeSpace(field, far, clearance, halton).share() *
+         (geometry.voxel_size * (geometry.dims - 1).cast<double>()).prod();
+}
+
 std::vector<Eigen::Isometry3d> startsOverMap(const DistanceField& field, const DistanceField& far,
                                              const std::optional<GravityHint>& gravity, double clearance,
                                              int count, int seed) {
   const Halton halton(seed);
-  const GridGeometry& geometry = field.geometry();
-  const Eigen::Vector3d extent = (geometry.dims - 1).cast<double>();
+  FreeSpace space(field, far, clearance, halton);
   std::vector<Eigen::Isometry3d> starts;
-  constexpr int kBatch = 4096;
-  constexpr double kLeastObserved = 0.02;  // of the box: less, and the map does not tell what it has seen
-  bool observed_only = true;
   for (int begin = 0; begin < 64 * count && static_cast<int>(starts.size()) < count; begin += kBatch) {
-    Eigen::Matrix3Xf positions(3, kBatch);
-    for (int n = 0; n < kBatch; ++n) {
-      const Eigen::Vector3d unit(halton(begin + n, 0), halton(begin + n, 1), halton(begin + n, 2));
-      positions.col(n) = geometry.samplePosition(unit.cwiseProduct(extent)).cast<float>();
-    }
-    const FieldSamples samples = field.evaluate(positions), distances = far.evaluate(positions);
-    const auto clear = [&](int n, bool observed) {
-      const PointState state = samples.states[static_cast<std::size_t>(n)];
-      return (observed ? state == PointState::kValid : state != PointState::kOutside) &&
-             distances.states[static_cast<std::size_t>(n)] != PointState::kOutside &&
-             distances.values[n] >= clearance;
-    };
-    if (begin == 0) {
-      int observed = 0;
-      for (int n = 0; n < kBatch; ++n) observed += clear(n, true) ? 1 : 0;
-      observed_only = observed >= kLeastObserved * kBatch;
-    }
+    if (begin > 0) space.look(begin);
     for (int n = 0; n < kBatch && static_cast<int>(starts.size()) < count; ++n) {
-      if (!clear(n, observed_only)) continue;
+      if (!space.clear(n)) continue;
       const double a = halton(begin + n, 3), b = halton(begin + n, 4), c = halton(begin + n, 5);
       Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-      T.translation() = positions.col(n).cast<double>();
+      T.translation() = space.position(n);
       if (gravity) {
         const double tilt = gravity->tilt_sigma * std::sqrt(-2.0 * std::log(1.0 - 0.999 * b));
         const Eigen::Vector3d axis_seed = gravity->down_map.unitOrthogonal();

@@ -22,6 +22,9 @@ struct GravityHint {
   double tilt_sigma;            ///< [rad]
 };
 
+/// Space that the map has seen to be free, as of startsOverMap [m^3].
+double freeVolume(const DistanceField& field, const DistanceField& far, double clearance, int seed);
+
 /// Sensor positions evenly over the space that the map has seen to be free (`far`, its far field, at least
 /// `clearance` [m]; inside the box of the map where it has seen next to nothing) and orientations evenly over
 /// all, or over the yaw angles with a tilt of the hint's spread.

@@ -117,7 +117,8 @@ TEST(QuantizedBricks, AsManyAreHeldAsBytesAllow) {
   QuantizedBricks counted(sizes);
   for (QuantizedBricks::Id id = 0; id < counted.idCount(); ++id) counted.reserve(id);
   const std::size_t all = counted.reserved();
-  for (const std::size_t bytes : {std::size_t{0}, std::size_t{5000}, std::size_t{50000}, std::size_t{1000000}}) {
+  for (const std::size_t bytes :
+       {std::size_t{0}, std::size_t{5000}, std::size_t{50000}, std::size_t{1000000}}) {
     QuantizedBricks bricks = counted;
     const std::size_t held = QuantizedBricks::fitting(all, bytes);
     bricks.allocate(held);

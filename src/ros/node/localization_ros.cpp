@@ -39,6 +39,9 @@ LocalizationRos::LocalizationRos(const ros::NodeHandle& node, const ros::NodeHan
       started_(ros::WallTime::now()),
       last_pose_saved_(started_) {
   private_node.param("diagnostic_period", diagnostic_period_, diagnostic_period_);
+  // Latched: who asks before the first map and scan is told what the node waits for.
+  pipeline_.announce(Status::REASON_NO_MAP,
+                     "started; waiting for a map (map_source: " + options_.map.map_source + ")");
   if (std::optional<PoseRequest> start = poseAtStart()) pipeline_.usePose(std::move(*start));
   subscribe();
   advertise();
