@@ -38,8 +38,8 @@ class MapSources(unittest.TestCase):
 
     def test_from_a_topic(self):
         r = Recorder(namespace='topic', child='topic/odom')
+        self.assertTrue(r.wait_for_state(Status.NO_MAP), 'it says what it waits for before the first scan')
         robot = FakeRobot(prefix='topic/', odom='topic/odom', cloud='topic/cloud').start()
-        self.assertTrue(r.wait_for_state(Status.NO_MAP), r.history())
         publisher = rospy.Publisher('topic/ttsdf_map', TtSdfMap, queue_size=1, latch=True)
         bad = self.message()
         bad.data = bad.data[:500]
