@@ -68,8 +68,8 @@ ttsdf_library(ttsdf_core
     src/localization/localizer_tracking.cpp
     src/field/frame_agreement.cpp
     src/sensor/sensor_model.cpp
-  PUBLIC Eigen3::Eigen
-  PRIVATE ZLIB::ZLIB Threads::Threads ${LZMA_LIBRARY})
+  PUBLIC Eigen3::Eigen Threads::Threads
+  PRIVATE ZLIB::ZLIB ${LZMA_LIBRARY})
 
 ttsdf_unit_test(files/file_writer_test.cpp LIBS ttsdf_core)
 # A map seen from above, for planners: so little that the map server can offer it.

@@ -14,7 +14,8 @@ const OptionTable<GlobalOptions>& globalOptionTable() {
   static const OptionTable<O> table =
       OptionTable<O>()
           .add("starts", &O::starts, 1, 10000000, "",
-               "Starts over the free space with gravity known; several times as many where it is large")
+               "Starts over the free space with gravity known; up to 32 times as many where it is "
+               "large for what the scan shows")
           .add("starts_without_gravity", &O::starts_without_gravity, 1, 10000000, "",
                "Starts without that hint")
           .add("coarse_points", &O::coarse_points, 6, 100000, "", "Points of the cheap descents")
@@ -41,9 +42,9 @@ double secondsSince(Clock::time_point begin) {
 constexpr double kFirst = 0.5;      // widest kernel, in radii of the scan
 constexpr double kKeptPart = 0.35;  // of the starts, after a few steps
 constexpr double kCells = 20.0;  // of a scan's radius cubed, in free space that `starts` are enough for ...
-constexpr double kMostTimes = 8.0;  // ... more of it takes more of them, at most so many times
-constexpr double kSure = 0.15;      // a place that explains the scan so well needs no further starts
-constexpr int kFurther = 1;         // times as many starts once more, where the first ones did not do
+constexpr double kMostTimes = 32.0;  // ... more of it takes more of them, at most so many times
+constexpr double kSure = 0.15;       // a place that explains the scan so well needs no further starts
+constexpr int kFurther = 1;          // times as many starts once more, where the first ones did not do
 
 void settleOutcome(const GlobalOptions& options, RegistrationResult& best) {
   if (best.reason == TerminationReason::kTooFewPoints) return;

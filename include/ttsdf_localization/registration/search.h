@@ -19,14 +19,14 @@ struct SearchOptions {
 const OptionTable<SearchOptions>& searchOptionTable();
 
 struct GlobalOptions {
-  int starts = 1500;  ///< with gravity known; up to 8 times as many in a large place, twice as many if unsure
+  int starts = 1500;  ///< with gravity known; up to 32 times as many in a large place for what a scan shows
   int starts_without_gravity = 14000;
   int coarse_points = 300;
   int refined = 12;
   double tilt_sigma = 0.1;   ///< trust in the gravity hint [rad]
   double min_margin = 0.02;  ///< score + blocked_ratio of the runner-up must be worse by this much
   double max_score = 0.35;   ///< a worse best score + blocked_ratio is refused
-  double min_confidence = 0.95;
+  double min_confidence = 0.9;
   int threads = 2;
   int seed = 1;
 };
