@@ -6,7 +6,7 @@ usage: scripts/results memory --map MAP.ttsdf --scans LIST [--against FOLDER [--
   --map MAP.ttsdf, --scans LIST  a room and scans as scripts/frames_to_batch makes them: the table of bounds, the node
   --against FOLDER               programs of another build for that table, --against-map its map (see scripts/memory_table)
   --rounds N                     of that table (default 3)
-  --place NAME MAP.ttsdf LIST    another map at some bounds; LIST: scans with priors, or '-': loading only
+  --place NAME MAP.ttsdf LIST    another map at some bounds, and its scans with priors
   --down NAME X,Y,Z              this place also without priors: down in the sensor frame of its scans
   --hostile FOLDER               files that are broken on purpose: what the tools say of them, in what time and memory
   --page FOLDER                  where memory.md goes (default: BUILD/evaluation/page)
@@ -19,11 +19,13 @@ import csv
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
+import xmlrpc.client
 
 from . import facts
 from .evaluate import parts_failed
@@ -100,16 +102,13 @@ def scans_of(rows):
 
 def place_rows(tools, folder, name, tt_map, scans):
     rows, figures = [], []
-    one = folder / "none.txt"
-    one.write_text("")
     for bound in PLACE_BOUNDS:
-        words = ["--map", tt_map, "--memory-megabytes", bound]
-        cold, report = register(tools, folder, *words, "--batch", one if scans == "-" else scans)
-        again = ["-"] if scans == "-" else scans_of(register(tools, folder, *words, "--batch", scans, "--repeat", 7)[0])[3:]
+        words = ["--map", tt_map, "--batch", scans, "--memory-megabytes", bound]
+        cold, report = register(tools, folder, *words)
+        again, _ = register(tools, folder, *words, "--repeat", 7)
         rows.append([name, f"{os.path.getsize(tt_map) / 1e3:.1f} kB", bound, megabytes(report["map_memory_bytes"]),
-                     megabytes(report["data_added_bytes"]), f"{report['load_seconds']:.2f}",
-                     *(["-"] * 4 if scans == "-" else scans_of(cold)), *again])
-        figures.append({"bound": bound, **report})
+                     megabytes(report["data_added_bytes"]), f"{report['load_seconds']:.2f}", *scans_of(cold), scans_of(again)[3]])
+        figures.append({"bound": bound, "success": rows[-1][6], **report})
         if report["map_memory_bytes"] < 0.75e6 * bound:
             break  # a larger bound changes nothing
     return rows, figures
@@ -139,9 +138,9 @@ def places_section(a, tools, folder):
 
 
 def resident(pid):
-    """(resident, of which not of files) [MB] of a process."""
+    """(resident, of which not of files, largest resident so far) [MB] of a process."""
     fields = dict(line.split(":", 1) for line in pathlib.Path(f"/proc/{pid}/status").read_text().splitlines() if ":" in line)
-    return tuple(int(fields[key].split()[0]) * 1024 / 1e6 for key in ("VmRSS", "RssAnon"))
+    return tuple(int(fields[key].split()[0]) * 1024 / 1e6 for key in ("VmRSS", "RssAnon", "VmHWM"))
 
 
 def settled(pid, seconds=3.0):
@@ -155,15 +154,30 @@ def settled(pid, seconds=3.0):
     return last
 
 
+def wait_for(what, known, seconds=60.0):
+    end = time.monotonic() + seconds
+    while True:
+        try:
+            if known():
+                return
+        except OSError:
+            pass
+        if time.monotonic() > end:
+            raise StepError(f"got no {what} after {seconds:.0f} s")
+        time.sleep(0.2)
+
+
 def node_section(a, build, tools):
     ros, rows, figures = Ros(build), [], {}
     master = subprocess.Popen(["roscore", "-p", str(ros.port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                               env=ros.environment, start_new_session=True)
+    api = xmlrpc.client.ServerProxy(ros.environment["ROS_MASTER_URI"])
     try:
-        time.sleep(3.0)
+        wait_for("ROS master", lambda: api.getPid("/results")[0] == 1)
         for name, words in (("without a map", []), ("with the room's map", [f"_map_file:={os.path.abspath(a.map)}"])):
-            node = subprocess.Popen([str(tools / "localization_node"), *words], stdout=subprocess.DEVNULL,
-                                    stderr=subprocess.DEVNULL, env=ros.environment)
+            node = subprocess.Popen([str(tools / "localization_node"), "__name:=localization", *words],
+                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=ros.environment)
+            wait_for("localization_node", lambda: api.lookupNode("/results", "/localization")[0] == 1)
             figures[name] = settled(node.pid)
             if node.poll() is not None:
                 raise StepError("localization_node ended by itself")
@@ -174,29 +188,45 @@ def node_section(a, build, tools):
         os.killpg(master.pid, signal.SIGINT)
         master.wait(timeout=20)
         ros.home.cleanup()
-    return ("## The node\n\n`localization_node`, resident memory once it does not change any more; most of it is code of ROS and "
-            "PCL, shared with the other nodes of a machine.\n\n" +
-            markdown(["node", "resident [MB]", "of which not from files [MB]"], rows)), figures
+    return ("## The node\n\n`localization_node`, resident memory once it does not change any more. What is from files is code of "
+            "ROS and of libraries, shared with the other nodes of a machine.\n\n" +
+            markdown(["node", "resident [MB]", "of which not from files [MB]", "largest, while loading [MB]"], rows)), figures
 
 
-def commands_for(tools, file, room, folder):
+def one_scan(file, scans):
+    """The first line of a list as a list of its own."""
+    line = next(line.split() for line in pathlib.Path(scans).read_text().splitlines() if line.strip())
+    beside = pathlib.Path(scans).resolve().parent
+    file.write_text(" ".join(word if word == "-" else str(beside / word) for word in line) + "\n")
+    return file
+
+
+def command_for(tools, file, a, folder):
     """The command that reads a hostile file, or None."""
+    room, scans = os.path.abspath(a.map), os.path.abspath(a.scans)
+    register_with = [tools / "ttsdf_register", "--output", folder / "out.csv"]
     build = [tools / "ttsdf_build", "--output", folder / "out.ttsdf"]
     if file.suffix == ".ttsdf":
-        (folder / "none.txt").write_text("")
-        return [tools / "ttsdf_register", "--map", file, "--batch", folder / "none.txt", "--output", folder / "out.csv"]
+        return [*register_with, "--map", file, "--batch", one_scan(folder / "one.txt", scans)]
     if file.suffix == ".vdb":
         return [*build, "--vdb", file]
-    if file.suffix in (".obj", ".off"):
-        return [*build, "--mesh", file]
-    if file.suffix == ".ply" and b"face" in file.read_bytes()[:2000]:
+    if file.suffix in (".obj", ".off") or (file.suffix == ".ply" and b"face" in file.read_bytes()[:2000]):
         return [*build, "--mesh", file]
     if file.suffix in (".ply", ".pcd"):
-        (folder / "one.txt").write_text(f"{file} -\n")
-        return [tools / "ttsdf_register", "--map", room, "--batch", folder / "one.txt", "--mode", "global", "--output",
-                folder / "out.csv", "--starts", "10", "--starts-without-gravity", "10"]
+        rest = one_scan(folder / "one.txt", scans).read_text().split(" ", 1)[1]
+        (folder / "one.txt").write_text(f"{file} {rest}")
+        return [*register_with, "--map", room, "--batch", folder / "one.txt"]
     if file.suffix == ".yaml":
-        return [tools / "ttsdf_register", "--map", room, "--batch", "none", "--output", folder / "out.csv", "--config", file]
+        return [*register_with, "--map", room, "--batch", one_scan(folder / "one.txt", scans), "--config", file]
+    if file.suffix == ".png":
+        frames = folder / "frames"
+        frames.mkdir(exist_ok=True)
+        shutil.copy(file, frames / "frame-000000.depth.png")
+        (frames / "frame-000000.pose.txt").write_text("1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n")
+        (frames / "camera-intrinsics.txt").write_text("525 0 320\n0 525 240\n0 0 1\n")
+        return [*build, "--frames", frames]
+    if file.is_dir():
+        return [*build, "--frames", file]
     return None
 
 
@@ -225,7 +255,7 @@ def hostile_section(a, tools, folder):
     rows, figures = [], {}
     idle = timed([tools / "ttsdf_register", "--help"], folder)[1]
     for file in sorted(pathlib.Path(a.hostile).iterdir()):
-        command = commands_for(tools, file.resolve(), os.path.abspath(a.map), folder) if file.is_file() else None
+        command = command_for(tools, file.resolve(), a, folder)
         if not command:
             continue
         seconds, peak, code, said = timed(command, folder)
