@@ -11,7 +11,13 @@ usage: scripts/results memory --map MAP.ttsdf --scans LIST [--against FOLDER [--
   --hostile FOLDER               files that are broken on purpose: what the tools say of them, in what time and memory
   --page FOLDER                  where memory.md goes (default: BUILD/evaluation/page)
 
-The node's part needs a build with ROS; it has a master of its own.
+The node's part needs a build with ROS; it has a master of its own. Where maps and scans of a page may come from:
+
+  objects    ttsdf_simulate --mesh FILE --size 1 --views 25 --sensor kinect --output DIR
+             ttsdf_build --mesh DIR/mesh.ply --voxel-size 0.01 --truncation 0.03 --output MAP.ttsdf
+  building   building_benchmark --max-rank 40 --refine-iterations 4 --output MAP.ttsdf (scripts/build --benchmarks)
+             ttsdf_simulate --scene building --frames 50 --sensor kinect --output DIR
+  scans      scripts/frames_to_batch DIR OUT --move 0.2 --turn 0.05
 """
 
 import argparse
@@ -304,7 +310,9 @@ def main(arguments):
         if a.hostile:
             text, figures["hostile"] = hostile_section(a, tools, folder)
             parts.append(text)
-    run_facts = facts.of_run("scripts/results memory " + " ".join(arguments), ("register", "localize"))
+    shown = " ".join(os.path.relpath(word, pathlib.Path(word).parent.parent) if os.path.exists(word) else
+                     f"'{word}'" if " " in word else word for word in arguments)
+    run_facts = facts.of_run("scripts/results memory " + shown, ("register", "localize"))
     print("\n\n".join(parts), file=sys.stderr)
     print(facts.write(a.page or build / "evaluation" / "page", "memory",
                       "\n\n".join(["# Maps in memory", facts.sentence(run_facts), *parts]), run_facts, figures))
