@@ -94,28 +94,31 @@ void ColumnCache::corners(const CellChunk& cells, const std::int32_t* points, in
 }
 
 void ColumnCache::box(int i, int j, int k, int side, float* samples) {
+  static thread_local std::vector<std::int32_t> storage;
   const int width = cores_->width();
+  storage.resize(static_cast<std::size_t>(width / 2 * kRowsTogether));
+  auto* const pairs = reinterpret_cast<std::int32_t(*)[kRowsTogether]>(storage.data());
   const std::array<int, 3>& sizes = cores_->sizes();
-  for (int dj = 0; dj < side; ++dj) {
-    for (int di = 0; di < side; di += kColumnBlock) {
-      const std::int16_t* columns[kColumnBlock];
-      float scale[kColumnBlock];
-      for (int q = 0; q < kColumnBlock; ++q) {
-        const int at = std::min(i + di + q, sizes[0] - 1);
-        const ColumnBlock of = block(at / kColumnBlock, std::min(j + dj, sizes[1] - 1));
-        columns[q] = of.numbers + (at % kColumnBlock) * width;
-        scale[q] = of.scale[at % kColumnBlock];
-      }
-      for (int dk = 0; dk < side; dk += 2) {
-        const int k0 = std::min(k + dk, sizes[2] - 1), k1 = std::min(k + dk + 1, sizes[2] - 1);
-        const std::int16_t* const rows[2] = {cores_->last(k0), cores_->last(k1)};
-        std::int32_t dots[2][4];
-        dotProducts(columns, rows, width, dots);
-        const float at_k[2] = {cores_->lastScale(k0), cores_->lastScale(k1)};
-        for (int r = 0; r < 2 && dk + r < side; ++r) {
-          float* const out = samples + ((dk + r) * side + dj) * side + di;
-          for (int q = 0; q < kColumnBlock && di + q < side; ++q)
-            out[q] = at_k[r] * scale[q] * static_cast<float>(dots[r][q]);
+  for (int dk = 0; dk < side; dk += kRowsTogether) {
+    float at_k[kRowsTogether];
+    cores_->rowsTogether(k + dk, pairs, at_k);
+    const int rows = std::min(kRowsTogether, side - dk);
+    for (int dj = 0; dj < side; ++dj) {
+      for (int di = 0; di < side; di += kColumnBlock) {
+        const std::int16_t* columns[kColumnBlock];
+        float scale[kColumnBlock];
+        for (int q = 0; q < kColumnBlock; ++q) {
+          const int at = std::min(i + di + q, sizes[0] - 1);
+          const ColumnBlock of = block(at / kColumnBlock, std::min(j + dj, sizes[1] - 1));
+          columns[q] = of.numbers + (at % kColumnBlock) * width;
+          scale[q] = of.scale[at % kColumnBlock];
+        }
+        std::int32_t dots[kColumnBlock][kRowsTogether];
+        dotProducts(columns, pairs, width, dots);
+        float* const out = samples + (dk * side + dj) * side + di;
+        for (int q = 0; q < kColumnBlock && di + q < side; ++q) {
+          for (int r = 0; r < rows; ++r)
+            out[r * side * side + q] = at_k[r] * scale[q] * static_cast<float>(dots[q][r]);
         }
       }
     }

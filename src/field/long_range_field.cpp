@@ -11,8 +11,9 @@ namespace ttsdf {
 
 namespace {
 
-// Voxels between the samples whose foot points are taken: surfaces are continuous, and no cell needs many.
-int footStep(int spacing) { return std::max(2, spacing / 4); }
+// Voxels between the samples whose foot points are taken: surfaces are continuous, and no cell needs many. A map's
+// distances may end three voxels behind a surface.
+int footStep(int spacing) { return std::clamp(spacing / 2, 2, 3); }
 
 /// The map's box, sampled every so many voxels. The last sample of an axis may lie beyond the box.
 GridGeometry coarseGrid(const GridGeometry& map, const LongRangeOptions& options) {
@@ -22,6 +23,14 @@ GridGeometry coarseGrid(const GridGeometry& map, const LongRangeOptions& options
     geometry.voxel_size = spacing * map.voxel_size;
     if (geometry.voxelCount() <= std::max<std::size_t>(options.max_samples, 8)) return geometry;
   }
+}
+
+/// Place of a sample of the coarse grid.
+std::size_t linear(const Dims& dims, const Dims& at) {
+  return static_cast<std::size_t>(at[0]) +
+         static_cast<std::size_t>(dims[0]) *
+             (static_cast<std::size_t>(at[1]) +
+              static_cast<std::size_t>(dims[1]) * static_cast<std::size_t>(at[2]));
 }
 
 std::array<int, 3> sizesOf(const GridGeometry& geometry) {
@@ -42,40 +51,45 @@ void forEachLine(const Dims& dims, const std::array<int, 3>& order, const KeepGo
   }
 }
 
-/// Surface points near one line of cells.
+/// Surface points, line of cells by line of cells.
 class FootFinder {
  public:
   FootFinder(const DistanceField& field, const GridGeometry& coarse)
       : field_(field),
         map_(field.geometry()),
+        coarse_(coarse.dims),
         spacing_(static_cast<int>(std::lround(coarse.voxel_size / map_.voxel_size))),
         step_(footStep(spacing_)),
-        order_(field.walkOrder()),
-        length_(coarse.dims[order_[2]]) {}
+        axis_(field.walkOrder()[2]),
+        values_(coarse.voxelCount()) {}
 
-  /// Signs of the line's samples, and the foot points x - f grad f of the map's samples in its cells.
-  void line(const Dims& cell, std::vector<std::uint8_t>& negative, NearestFeet& feet) {
-    const int axis = order_[2];
-    points_.resize(3, length_);
-    for (int n = 0; n < length_; ++n) {
-      Dims at = cell * spacing_;
-      at[axis] = n * spacing_;
-      points_.col(n) = position(at.min(map_.dims - 1));
+  /// Asks the field for the samples of a line of the coarse grid; all of them before the first `feet`.
+  void sample(Dims cell) {
+    const int length = coarse_[axis_];
+    points_.resize(3, length);
+    for (int n = 0; n < length; ++n) {
+      cell[axis_] = n;
+      points_.col(n) = position((cell * spacing_).min(map_.dims - 1));
     }
     const FieldSamples samples = field_.evaluate(points_);
-    // A surface in a cell is no further from its corner than its diagonal; maps overshoot a little.
-    const float reach = static_cast<float>(1.1 * std::sqrt(3.0) * spacing_ * map_.voxel_size);
-    negative.resize(static_cast<std::size_t>(length_));
+    for (int n = 0; n < length; ++n) {
+      cell[axis_] = n;
+      values_[linear(coarse_, cell)] = samples.values[n];
+    }
+  }
+
+  float value(const Dims& cell) const { return values_[linear(coarse_, cell)]; }
+
+  /// The foot points x - f grad f of the map's samples in those cells of a line that may have a surface.
+  void feet(Dims cell, NearestFeet& feet) {
     near_.clear();
-    for (int n = 0; n < length_; ++n) {
-      negative[static_cast<std::size_t>(n)] = samples.values[n] < 0.0f ? 1 : 0;
-      if (std::abs(samples.values[n]) > reach) continue;
-      Dims at = cell * spacing_;
-      at[axis] = n * spacing_;
+    for (int n = 0; n < coarse_[axis_]; ++n) {
+      cell[axis_] = n;
+      if (!mayHaveSurface(cell)) continue;
       for (int p = 0; p < spacing_; p += step_) {
         for (int q = 0; q < spacing_; q += step_) {
           for (int r = 0; r < spacing_; r += step_) {
-            const Dims sample = at + Dims(p, q, r);
+            const Dims sample = cell * spacing_ + Dims(p, q, r);
             if ((sample < map_.dims).all()) near_.push_back(position(sample));
           }
         }
@@ -85,6 +99,24 @@ class FootFinder {
   }
 
  private:
+  /// A surface in a cell is no further from one of its corners than half its diagonal; maps overshoot a
+  /// little. Maps end their distances a few voxels behind surfaces: that alone says nothing, a change of sign
+  /// does.
+  bool mayHaveSurface(const Dims& cell) const {
+    constexpr float kBehind = 2.0f;  // voxels
+    const auto voxel = static_cast<float>(map_.voxel_size);
+    const float reach = 1.1f * 0.5f * std::sqrt(3.0f) * static_cast<float>(spacing_) * voxel;
+    bool positive = false, negative = false;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Dims at = (cell + Dims(corner & 1, corner >> 1 & 1, corner >> 2)).min(coarse_ - 1);
+      const float f = value(at);
+      if (f <= reach && f >= -kBehind * voxel) return true;
+      positive = positive || f >= 0.0f;
+      negative = negative || f < 0.0f;
+    }
+    return positive && negative;
+  }
+
   Eigen::Vector3f position(const Dims& index) const {
     return map_.samplePosition(index.cast<double>().matrix()).cast<float>();
   }
@@ -119,9 +151,10 @@ class FootFinder {
 
   const DistanceField& field_;
   const GridGeometry& map_;
+  Dims coarse_;
   int spacing_, step_;
-  std::array<int, 3> order_;
-  int length_;
+  int axis_;  // along the lines
+  std::vector<float> values_;
   Eigen::Matrix3Xf points_;
   std::vector<Eigen::Vector3f> near_, found_;
 };
@@ -135,7 +168,7 @@ class LongRangeField::Impl {
         bricks(sizesOf(geometry)),
         T_grid_map(geometry.T_map_grid.inverse().cast<float>()) {}
 
-  void fill(const NearestFeet& feet, const std::vector<bool>& negative) {
+  void fill(const NearestFeet& feet, const FootFinder& signs) {
     const GridGeometry& g = grid.geometry();
     const auto spacing = static_cast<float>(g.voxel_size);
     for (std::size_t id = 0; id < bricks.idCount(); ++id) bricks.reserve(id);
@@ -148,20 +181,12 @@ class LongRangeField::Impl {
             const Dims place(n % kBrickSide, n / kBrickSide % kBrickSide, n / kBrickSide / kBrickSide);
             const Dims at = (Dims(a, b, c) * kBrickCells + place).min(g.dims - 1);
             const float distance = spacing * feet.distance(at[0], at[1], at[2]);
-            samples[n] = negative[linear(at)] ? -distance : distance;
+            samples[n] = signs.value(at) < 0.0f ? -distance : distance;
           }
           bricks.set(bricks.idOf(a, b, c), samples);
         }
       }
     }
-  }
-
-  std::size_t linear(const Dims& at) const {
-    const Dims& n = grid.geometry().dims;
-    return static_cast<std::size_t>(at[0]) +
-           static_cast<std::size_t>(n[0]) *
-               (static_cast<std::size_t>(at[1]) +
-                static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(at[2]));
   }
 
   GridLocator grid;
@@ -187,21 +212,13 @@ std::shared_ptr<const LongRangeField> LongRangeField::make(const DistanceField& 
   const GridGeometry coarse = coarseGrid(field.geometry(), options);
   auto impl = std::make_unique<Impl>(coarse);
   NearestFeet feet(coarse.dims);
-  std::vector<bool> negative(coarse.voxelCount());
   FootFinder finder(field, coarse);
   const std::array<int, 3> order = field.walkOrder();
-  std::vector<std::uint8_t> line;
-  forEachLine(coarse.dims, order, keep_going, [&](const Dims& cell) {
-    finder.line(cell, line, feet);
-    Dims at = cell;
-    for (std::size_t n = 0; n < line.size(); ++n) {
-      at[order[2]] = static_cast<int>(n);
-      negative[impl->linear(at)] = line[n] != 0;
-    }
-  });
+  forEachLine(coarse.dims, order, keep_going, [&](const Dims& cell) { finder.sample(cell); });
+  forEachLine(coarse.dims, order, keep_going, [&](const Dims& cell) { finder.feet(cell, feet); });
   if (feet.empty()) return nullptr;
   feet.spread(keep_going);
-  impl->fill(feet, negative);
+  impl->fill(feet, finder);
   return std::shared_ptr<const LongRangeField>(new LongRangeField(std::move(impl)));
 }
 

@@ -24,11 +24,11 @@ class NearestFeet {
  private:
   static constexpr float kFar = 1e9f;
 
+  /// A border of samples without a foot runs round the grid: no pass has to ask where it ends.
   std::size_t linear(int a, int b, int c) const {
-    return static_cast<std::size_t>(a) +
-           static_cast<std::size_t>(dims_[0]) *
-               (static_cast<std::size_t>(b) +
-                static_cast<std::size_t>(dims_[1]) * static_cast<std::size_t>(c));
+    const auto rows = static_cast<std::size_t>(dims_[0] + 2), columns = static_cast<std::size_t>(dims_[1] + 2);
+    return static_cast<std::size_t>(a + 1) +
+           rows * (static_cast<std::size_t>(b + 1) + columns * static_cast<std::size_t>(c + 1));
   }
   void offer(int a, int b, int c, const Eigen::Vector3f& foot);
   void pass(int direction, const KeepGoing& keep_going);

@@ -13,6 +13,10 @@ namespace {
 
 constexpr int kLayer = kBrickSide * kBrickSide;
 constexpr float kSteps = 255.0f;
+constexpr float kLargest = std::numeric_limits<float>::max();
+
+/// Half of the largest number leaves room for a difference of two.
+inline float finite(float s) { return s < 0.5f * kLargest && s > -0.5f * kLargest ? s : 0.0f; }
 
 int brickCount(int samples) { return std::max(1, (samples - 1 + kBrickCells - 1) / kBrickCells); }
 
@@ -46,6 +50,40 @@ TTSDF_VECTORIZE void toFloats(const ByteChunk& bytes, int size, CornerChunk& out
   }
 }
 
+struct SampleRange {
+  float lowest, highest;
+};
+
+TTSDF_VECTORIZE SampleRange rangeOf(const float* samples) {
+  constexpr int kLanes = 16;
+  float lowest[kLanes], highest[kLanes];
+  for (int l = 0; l < kLanes; ++l) {
+    lowest[l] = kLargest;
+    highest[l] = -kLargest;
+  }
+  for (int n = 0; n < kBrickSamples; n += kLanes) {
+    for (int l = 0; l < kLanes; ++l) {
+      const float s = finite(samples[n + l]);
+      lowest[l] = s < lowest[l] ? s : lowest[l];
+      highest[l] = s > highest[l] ? s : highest[l];
+    }
+  }
+  SampleRange all{lowest[0], highest[0]};
+  for (int l = 1; l < kLanes; ++l) {
+    all.lowest = lowest[l] < all.lowest ? lowest[l] : all.lowest;
+    all.highest = highest[l] > all.highest ? highest[l] : all.highest;
+  }
+  return all;
+}
+
+/// Nearest steps above `lowest`.
+TTSDF_VECTORIZE void quantizeSamples(const float* samples, float lowest, float per_step, std::uint8_t* out) {
+  for (int n = 0; n < kBrickSamples; ++n) {
+    const float steps = (finite(samples[n]) - lowest) * per_step + 0.5f;
+    out[n] = static_cast<std::uint8_t>(static_cast<std::int32_t>(steps < kSteps ? steps : kSteps));
+  }
+}
+
 void copyCorners(const std::uint8_t* s, std::uint8_t* corner) {
   std::memcpy(corner, s, 2);
   std::memcpy(corner + 2, s + kBrickSide, 2);
@@ -71,6 +109,8 @@ QuantizedBricks::QuantizedBricks(const std::array<int, 3>& sizes) : counts_(coun
   before_.assign(bits_.size(), 0);
 }
 
+std::size_t QuantizedBricks::largestWhole(std::size_t bytes) { return bytes / (kBrickSamples + sizeof(Range)); }
+
 std::size_t QuantizedBricks::fitting(std::size_t count, std::size_t bytes) {
   constexpr std::size_t kBrick = kBrickSamples + sizeof(Range);
   if (count * kBrick <= bytes) return count;
@@ -86,12 +126,18 @@ std::size_t QuantizedBricks::reserved() const {
 
 void QuantizedBricks::allocate() { allocate(std::numeric_limits<std::size_t>::max()); }
 
-void QuantizedBricks::allocate(std::size_t most) {
+/// Which bricks there are is known: from now on their places are.
+std::uint32_t QuantizedBricks::countBits() {
   std::uint32_t count = 0;
   for (std::size_t word = 0; word < bits_.size(); ++word) {
     before_[word] = count;
     count += bitCount(bits_[word]);
   }
+  return count;
+}
+
+void QuantizedBricks::allocate(std::size_t most) {
+  const std::uint32_t count = countBits();
   const std::size_t held = std::min<std::size_t>(most, count);
   ranges_.assign(held, Range{0.0f, 0.0f});
   bytes_.assign(held * kBrickSamples, 0);
@@ -101,20 +147,29 @@ void QuantizedBricks::allocate(std::size_t most) {
   used_.assign(held, 0);
 }
 
+void QuantizedBricks::append(Id id, const float* samples) {
+  reserve(id);
+  ranges_.emplace_back();
+  bytes_.resize(bytes_.size() + kBrickSamples);
+  toBytes(ranges_.size() - 1, samples);
+}
+
+void QuantizedBricks::dropAppended() {
+  ranges_ = {};
+  bytes_ = {};
+}
+
+void QuantizedBricks::finish() {
+  countBits();
+  ranges_.shrink_to_fit();
+  bytes_.shrink_to_fit();
+}
+
 void QuantizedBricks::toBytes(std::size_t slot, const float* samples) {
-  float lowest = samples[0], highest = samples[0];
-  for (int n = 1; n < kBrickSamples; ++n) {
-    lowest = std::min(lowest, samples[n]);
-    highest = std::max(highest, samples[n]);
-  }
-  const float step = (highest - lowest) / kSteps;
-  ranges_[slot] = Range{lowest, step};
-  const float per_step = step > 0.0f ? 1.0f / step : 0.0f;
-  std::uint8_t* const out = &bytes_[slot * kBrickSamples];
-  for (int n = 0; n < kBrickSamples; ++n) {
-    out[n] = static_cast<std::uint8_t>(
-        std::clamp(std::lround((samples[n] - lowest) * per_step), 0L, static_cast<long>(kSteps)));
-  }
+  const SampleRange range = rangeOf(samples);
+  const float step = (range.highest - range.lowest) / kSteps;
+  ranges_[slot] = Range{range.lowest, step};
+  quantizeSamples(samples, range.lowest, step > 0.0f ? 1.0f / step : 0.0f, &bytes_[slot * kBrickSamples]);
 }
 
 void QuantizedBricks::set(Id id, const float* samples) { toBytes(placeOf(id), samples); }
@@ -161,17 +216,48 @@ int QuantizedBricks::corners(const CellChunk& cells, CornerChunk& out, std::int3
   return copy(cells, out, missing, [](std::size_t place, int, int, int) { return place; });
 }
 
+void QuantizedBricks::makeOne(std::size_t place, int a, int b, int c, const Decode& decode) {
+  std::array<float, kBrickSamples> samples;
+  decode(a, b, c, samples.data());
+  const std::size_t slot = freeSlot();
+  toBytes(slot, samples.data());
+  owners_[slot] = static_cast<std::uint32_t>(place + 1);
+  slots_[place] = static_cast<std::uint32_t>(slot + 1);
+  used_[slot] = 1;
+}
+
+void QuantizedBricks::findUnmade(const CellChunk& cells, std::vector<Id>& ids) {
+  BrickChunk where;
+  locateBricks(cells, where);
+  Id last = idCount();
+  for (int n = 0; n < cells.size; ++n) {
+    const Id id = idOf(where.brick[0][n], where.brick[1][n], where.brick[2][n]);
+    if (id == last || !has(id)) continue;
+    last = id;
+    const std::uint32_t slot = slots_[placeOf(id)];
+    if (slot == 0) {
+      ids.push_back(id);
+    } else {
+      used_[slot - 1] = 1;  // not to go for those made now
+    }
+  }
+}
+
+void QuantizedBricks::make(std::vector<Id>& ids, const Decode& decode) {
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  if (ids.size() > size()) ids.resize(size());
+  const Id rows = static_cast<Id>(counts_[2]), layers = rows * static_cast<Id>(counts_[0]);
+  for (const Id id : ids) {
+    makeOne(placeOf(id), static_cast<int>(id / rows % static_cast<Id>(counts_[0])), static_cast<int>(id / layers),
+            static_cast<int>(id % rows), decode);
+  }
+}
+
 int QuantizedBricks::corners(const CellChunk& cells, CornerChunk& out, std::int32_t* missing,
                              const Decode& decode) {
   return copy(cells, out, missing, [&](std::size_t place, int a, int b, int c) {
-    if (slots_[place] == 0) {
-      std::array<float, kBrickSamples> samples;
-      decode(a, b, c, samples.data());
-      const std::size_t slot = freeSlot();
-      toBytes(slot, samples.data());
-      owners_[slot] = static_cast<std::uint32_t>(place + 1);
-      slots_[place] = static_cast<std::uint32_t>(slot + 1);
-    }
+    if (slots_[place] == 0) makeOne(place, a, b, c, decode);
     const std::size_t slot = slots_[place] - 1;
     used_[slot] = 1;
     return slot;

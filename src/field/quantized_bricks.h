@@ -33,9 +33,11 @@ class QuantizedBricks {
 
   /// Bricks along each axis.
   const std::array<int, 3>& counts() const { return counts_; }
+  /// In the order of ids, bricks of a compressed field need the same columns one after the other: the third
+  /// place runs fastest, then the first.
   Id idOf(int a, int b, int c) const {
-    return static_cast<Id>(a) + static_cast<Id>(counts_[0]) *
-                                    (static_cast<Id>(b) + static_cast<Id>(counts_[1]) * static_cast<Id>(c));
+    return static_cast<Id>(c) + static_cast<Id>(counts_[2]) *
+                                    (static_cast<Id>(a) + static_cast<Id>(counts_[0]) * static_cast<Id>(b));
   }
   std::size_t idCount() const {
     return static_cast<std::size_t>(counts_[0]) * static_cast<std::size_t>(counts_[1]) *
@@ -54,12 +56,21 @@ class QuantizedBricks {
   std::size_t size() const { return ranges_.size(); }
   /// Of a whole set: samples, first axis fastest; not finite ones count as 0.
   void set(Id id, const float* samples);
+  /// In place of reserve, allocate and set, brick by brick in the order of ids; `finish` fixes the set.
+  void append(Id id, const float* samples);
+  void finish();
+  /// Keeps which bricks were appended, as if they had been reserved, and not their samples.
+  void dropAppended();
 
   /// Corners of the cells of a chunk. Points whose brick is missing are noted in `missing` (their corners are
   /// left as they are); how many there are.
   int corners(const CellChunk& cells, CornerChunk& out, std::int32_t* missing) const;
   /// The same of a set that is not whole, by one thread at a time.
   int corners(const CellChunk& cells, CornerChunk& out, std::int32_t* missing, const Decode& decode);
+  /// Of a set that is not whole: adds the bricks that these cells would have to make, some of them twice.
+  void findUnmade(const CellChunk& cells, std::vector<Id>& ids);
+  /// Makes bricks that are not there, in the order of ids and as many as there is room for.
+  void make(std::vector<Id>& ids, const Decode& decode);
 
   /// Bytes held.
   std::size_t memoryBytes() const;
@@ -67,6 +78,8 @@ class QuantizedBricks {
   static std::size_t bytesFor(const std::array<int, 3>& sizes, std::size_t count);
   /// How many of `count` bricks `bytes` hold, beside what there always is.
   static std::size_t fitting(std::size_t count, std::size_t bytes);
+  /// The largest set that `bytes` hold as a whole.
+  static std::size_t largestWhole(std::size_t bytes);
   static std::array<int, 3> countsFor(const std::array<int, 3>& sizes);
 
  private:
@@ -86,6 +99,8 @@ class QuantizedBricks {
     return static_cast<std::uint32_t>((bits * 0x0101010101010101U) >> 56);
   }
 
+  std::uint32_t countBits();
+  void makeOne(std::size_t place, int a, int b, int c, const Decode& decode);
   void toBytes(std::size_t slot, const float* samples);
   std::size_t freeSlot();
   template <class SlotOf>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "../tensor/vectorize.h"
 
@@ -154,11 +155,60 @@ __attribute__((target("avx2"))) void dotsAvx2(const std::int16_t* const columns[
 
 const DotProducts kDots = __builtin_cpu_supports("avx2") ? dotsAvx2 : dotsSse2;
 
+using DotsTogether = void (*)(const std::int16_t* const[4], const std::int32_t (*)[kRowsTogether], int,
+                              std::int32_t (*)[kRowsTogether]);
+
+std::int32_t pairAt(const std::int16_t* numbers) {
+  std::int32_t pair;
+  std::memcpy(&pair, numbers, sizeof(pair));
+  return pair;
+}
+
+/// Rows side by side: no sum runs across a vector.
+void togetherSse2(const std::int16_t* const columns[4], const std::int32_t (*pairs)[kRowsTogether], int width,
+                  std::int32_t (*out)[kRowsTogether]) {
+  __m128i sum[4][2] = {};
+  for (int n = 0; n < width / 2; ++n) {
+    const auto* const rows = reinterpret_cast<const __m128i*>(pairs[n]);
+    const __m128i row0 = _mm_loadu_si128(rows), row1 = _mm_loadu_si128(rows + 1);
+    for (int q = 0; q < 4; ++q) {
+      const __m128i column = _mm_set1_epi32(pairAt(columns[q] + 2 * n));
+      sum[q][0] = _mm_add_epi32(sum[q][0], _mm_madd_epi16(column, row0));
+      sum[q][1] = _mm_add_epi32(sum[q][1], _mm_madd_epi16(column, row1));
+    }
+  }
+  for (int q = 0; q < 4; ++q) {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(out[q]), sum[q][0]);
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(out[q]) + 1, sum[q][1]);
+  }
+}
+
+__attribute__((target("avx2"))) void togetherAvx2(const std::int16_t* const columns[4],
+                                                  const std::int32_t (*pairs)[kRowsTogether], int width,
+                                                  std::int32_t (*out)[kRowsTogether]) {
+  __m256i sum[4] = {};
+  for (int n = 0; n < width / 2; ++n) {
+    const __m256i rows = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(pairs[n]));
+    for (int q = 0; q < 4; ++q) {
+      const __m256i column = _mm256_set1_epi32(pairAt(columns[q] + 2 * n));
+      sum[q] = _mm256_add_epi32(sum[q], _mm256_madd_epi16(column, rows));
+    }
+  }
+  for (int q = 0; q < 4; ++q) _mm256_storeu_si256(reinterpret_cast<__m256i*>(out[q]), sum[q]);
+}
+
+const DotsTogether kTogether = __builtin_cpu_supports("avx2") ? togetherAvx2 : togetherSse2;
+
 }  // namespace
 
 void dotProducts(const std::int16_t* const columns[4], const std::int16_t* const rows[2], int width,
                  std::int32_t (*out)[4]) {
   kDots(columns, rows, width, out);
+}
+
+void dotProducts(const std::int16_t* const columns[4], const std::int32_t (*pairs)[kRowsTogether], int width,
+                 std::int32_t (*out)[kRowsTogether]) {
+  kTogether(columns, pairs, width, out);
 }
 
 #else
@@ -171,6 +221,22 @@ void dotProducts(const std::int16_t* const columns[4], const std::int16_t* const
       for (int b = 0; b < width; ++b)
         sum += static_cast<std::int32_t>(columns[q][b]) * static_cast<std::int32_t>(rows[r][b]);
       out[r][q] = sum;
+    }
+  }
+}
+
+void dotProducts(const std::int16_t* const columns[4], const std::int32_t (*pairs)[kRowsTogether], int width,
+                 std::int32_t (*out)[kRowsTogether]) {
+  for (int q = 0; q < 4; ++q) {
+    for (int m = 0; m < kRowsTogether; ++m) {
+      std::int32_t sum = 0;
+      for (int n = 0; n < width / 2; ++n) {
+        std::int16_t row[2];
+        std::memcpy(row, &pairs[n][m], sizeof(row));
+        sum += static_cast<std::int32_t>(columns[q][2 * n]) * static_cast<std::int32_t>(row[0]) +
+               static_cast<std::int32_t>(columns[q][2 * n + 1]) * static_cast<std::int32_t>(row[1]);
+      }
+      out[q][m] = sum;
     }
   }
 }
@@ -233,6 +299,15 @@ void StoredCores::contract(int a, int j, float* scale, std::int16_t* numbers) co
   for (int q = 0; q < kColumnBlock; ++q) {
     scale[q] = quantize(&columns[static_cast<std::size_t>(q * width_)], width_, largest_,
                         numbers + static_cast<std::ptrdiff_t>(q) * width_);
+  }
+}
+
+void StoredCores::rowsTogether(int k, std::int32_t (*pairs)[kRowsTogether], float* scale) const {
+  for (int m = 0; m < kRowsTogether; ++m) {
+    const int at = std::min(k + m, sizes_[2] - 1);
+    scale[m] = lastScale(at);
+    const std::int16_t* const row = last(at);
+    for (int n = 0; n < width_ / 2; ++n) std::memcpy(&pairs[n][m], row + 2 * n, sizeof(pairs[n][m]));
   }
 }
 

@@ -16,7 +16,8 @@
 
 namespace ttsdf {
 
-constexpr int kColumnBlock = 4;  ///< columns contracted together: neighbours along the first mode
+constexpr int kColumnBlock = 4;   ///< columns contracted together: neighbours along the first mode
+constexpr int kRowsTogether = 8;  ///< rows of the last core that columns are multiplied with together
 
 /// kColumnBlock columns: a scale of each [m], then width() numbers of each.
 struct ColumnBlock {
@@ -43,6 +44,10 @@ class StoredCores {
   const std::int16_t* last(int k) const { return &last_[static_cast<std::size_t>(k) * width()]; }
   float lastScale(int k) const { return last_scale_[static_cast<std::size_t>(k)]; }
 
+  /// Rows [k, k + kRowsTogether) of the last core and their scales; behind the last row it is repeated.
+  /// pairs[n][m]: numbers 2n and 2n + 1 of row k + m; width() / 2 of them.
+  void rowsTogether(int k, std::int32_t (*pairs)[kRowsTogether], float* scale) const;
+
   std::size_t memoryBytes() const;
 
  private:
@@ -60,5 +65,8 @@ class StoredCores {
 /// out[r][q] = dot(columns[q], rows[r]) for four columns and two rows of `width` numbers (a multiple of 8).
 void dotProducts(const std::int16_t* const columns[4], const std::int16_t* const rows[2], int width,
                  std::int32_t (*out)[4]);
+/// out[q][m] = dot(columns[q], row m) for four columns and the rows of StoredCores::rowsTogether.
+void dotProducts(const std::int16_t* const columns[4], const std::int32_t (*pairs)[kRowsTogether], int width,
+                 std::int32_t (*out)[kRowsTogether]);
 
 }  // namespace ttsdf

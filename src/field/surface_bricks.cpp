@@ -54,47 +54,39 @@ bool SurfaceBricks::nearSurface(int a, int b, int c, const float* samples) const
   return false;
 }
 
-/// The last mode runs fastest: it needs the same columns.
-template <class Visit>
-void SurfaceBricks::forEachBrick(const KeepGoing& keep_going, const Visit& visit) const {
-  const auto& n = counts_;
-  for (int b = 0; b < n[1]; ++b) {
-    for (int a = 0; a < n[0]; ++a) {
-      goOn(keep_going);
-      for (int c = 0; c < n[2]; ++c) visit(a, b, c);
-    }
-  }
-}
-
-QuantizedBricks SurfaceBricks::find(ColumnCache& columns, const KeepGoing& keep_going) const {
+QuantizedBricks SurfaceBricks::find(ColumnCache& columns, std::size_t most, const KeepGoing& keep_going) const {
   const auto& sizes = cores_.sizes();
   const float reach = kCentreReach * static_cast<float>(geometry_.voxel_size);
   QuantizedBricks bricks(sizes);
   std::array<float, kBrickSamples> samples;
-  std::size_t decoded = 0;
-  forEachBrick(keep_going, [&](int a, int b, int c) {
+  std::size_t decoded = 0, found = 0;
+  const auto visit = [&](int a, int b, int c) {
     if (!supported(a, b, c)) return;
     const auto centre = [&](int at, int mode) {
       return std::min(at * kBrickCells + kBrickCells / 2, sizes[static_cast<std::size_t>(mode)] - 1);
     };
     if (std::abs(columns.sample(centre(a, 0), centre(b, 1), centre(c, 2))) > reach) return;
-    if (decoded++ < kMostDecoded) {  // beyond, the centre tells as much as there is time for
+    const bool look = decoded < kMostDecoded;  // beyond, the centre tells as much as there is time for
+    if (look || found < most) {
+      ++decoded;
       columns.box(a * kBrickCells, b * kBrickCells, c * kBrickCells, kBrickSide, samples.data());
-      if (!nearSurface(a, b, c, samples.data())) return;
+      if (look && !nearSurface(a, b, c, samples.data())) return;
     }
-    bricks.reserve(bricks.idOf(a, b, c));
-  });
+    if (found == most) bricks.dropAppended();
+    if (found++ < most) {
+      bricks.append(bricks.idOf(a, b, c), samples.data());
+    } else {
+      bricks.reserve(bricks.idOf(a, b, c));
+    }
+  };
+  for (int b = 0; b < counts_[1]; ++b) {  // in the order of ids
+    for (int a = 0; a < counts_[0]; ++a) {
+      goOn(keep_going);
+      for (int c = 0; c < counts_[2]; ++c) visit(a, b, c);
+    }
+  }
+  if (found <= most) bricks.finish();
   return bricks;
-}
-
-void SurfaceBricks::fill(ColumnCache& columns, const KeepGoing& keep_going, QuantizedBricks& bricks) const {
-  std::array<float, kBrickSamples> samples;
-  forEachBrick(keep_going, [&](int a, int b, int c) {
-    const QuantizedBricks::Id id = bricks.idOf(a, b, c);
-    if (!bricks.has(id)) return;
-    columns.box(a * kBrickCells, b * kBrickCells, c * kBrickCells, kBrickSide, samples.data());
-    bricks.set(id, samples.data());
-  });
 }
 
 }  // namespace ttsdf

@@ -13,17 +13,14 @@ class SurfaceBricks {
  public:
   SurfaceBricks(const StoredCores& cores, const GridGeometry& geometry, const SupportMask& mask);
 
-  /// Looks at the whole map coarsely and at what is near the surface in full. Throws Cancelled.
-  QuantizedBricks find(ColumnCache& columns, const KeepGoing& keep_going) const;
-  /// Decodes all bricks of a whole set. Throws Cancelled.
-  void fill(ColumnCache& columns, const KeepGoing& keep_going, QuantizedBricks& bricks) const;
+  /// Looks at the whole map coarsely and at what is near the surface in full. At most `most` bricks: a whole
+  /// set, ready to be read; more: which there are, nothing is allocated. Throws Cancelled.
+  QuantizedBricks find(ColumnCache& columns, std::size_t most, const KeepGoing& keep_going) const;
 
  private:
   bool supported(int a, int b, int c) const;
   bool nearSurface(int a, int b, int c, const float* samples) const;
   Dims toArray(int i, int j, int k) const;
-  template <class Visit>
-  void forEachBrick(const KeepGoing& keep_going, const Visit& visit) const;
 
   const StoredCores& cores_;
   const GridGeometry& geometry_;

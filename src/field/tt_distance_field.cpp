@@ -55,14 +55,35 @@ class TtDistanceField::Impl {
     if (ready.load(std::memory_order_relaxed)) return;
     const SurfaceBricks surface(cores, grid.geometry(), grid.mask());
     ColumnCache scratch(cores, ColumnCache::bytesFor(cores, ColumnCache::kScan));
-    bricks = surface.find(scratch, keep_going);
     // Bricks serve what is near the surface, columns the few points far from it and the making of bricks.
-    const std::size_t all = bricks.reserved(), least = ColumnCache::bytesFor(cores, ColumnCache::kLeast);
-    const std::size_t fitting = QuantizedBricks::fitting(all, room - std::min(room, least));
-    bricks.allocate(std::max(fitting, kLeastBricks));
-    if (bricks.whole()) surface.fill(scratch, keep_going, bricks);
+    const std::size_t least = ColumnCache::bytesFor(cores, ColumnCache::kLeast);
+    const std::size_t bytes = room - std::min(room, least);
+    const std::size_t most = std::max(QuantizedBricks::largestWhole(bytes), kLeastBricks);
+    bricks = surface.find(scratch, most, keep_going);
+    const std::size_t all = bricks.reserved();
+    if (all > most) bricks.allocate(std::max(QuantizedBricks::fitting(all, bytes), kLeastBricks));
     columns = ColumnCache(cores, least);
     ready.store(true, std::memory_order_release);
+  }
+
+  QuantizedBricks::Decode decode() {
+    return [this](int a, int b, int c, float* samples) {
+      columns.box(a * kBrickCells, b * kBrickCells, c * kBrickCells, kBrickSide, samples);
+    };
+  }
+
+  /// Bricks made all at once share their columns.
+  void prepare(const PointSpan& points) {
+    if (!ready.load(std::memory_order_acquire) || bricks.whole()) return;
+    CellChunk cells;
+    const std::lock_guard<std::mutex> lock(mutex);
+    std::vector<QuantizedBricks::Id> unmade;
+    for (int begin = 0; begin < points.size; begin += kChunk) {
+      cells.size = std::min(kChunk, points.size - begin);
+      grid.locate(points, begin, cells);
+      bricks.findUnmade(cells, unmade);
+    }
+    bricks.make(unmade, decode());
   }
 
   void corners(const CellChunk& cells, CornerChunk& out) {
@@ -76,9 +97,7 @@ class TtDistanceField::Impl {
       count = bricks.corners(cells, out, missing);
     } else {
       lock.lock();
-      count = bricks.corners(cells, out, missing, [this](int a, int b, int c, float* samples) {
-        columns.box(a * kBrickCells, b * kBrickCells, c * kBrickCells, kBrickSide, samples);
-      });
+      count = bricks.corners(cells, out, missing, decode());
     }
     int kept = 0;
     for (int n = 0; n < count; ++n) {
@@ -140,6 +159,7 @@ int TtDistanceField::rank1() const { return impl_->cores.rank1(); }
 int TtDistanceField::rank2() const { return impl_->cores.rank2(); }
 std::array<int, 3> TtDistanceField::modeSizes() const { return impl_->cores.sizes(); }
 void TtDistanceField::warmUp(const KeepGoing& keep_going) const { impl_->warmUp(keep_going); }
+void TtDistanceField::prepare(const PointSpan& points) const { impl_->prepare(points); }
 
 /// Slices outside, then rows: the innermost walk is along one column after the other.
 std::array<int, 3> TtDistanceField::walkOrder() const {

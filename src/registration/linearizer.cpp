@@ -104,6 +104,20 @@ double residualSpread(const DistanceField& field, const ScanBuffer& scan, int co
   return kSigmaPerMedian * static_cast<double>(*middle);
 }
 
+void prepare(const DistanceField& field, const ScanBuffer& scan, int count, const Eigen::Isometry3d& T_map_sensor) {
+  const KernelPose pose = toPose(T_map_sensor, scan.centroid());
+  std::vector<float> x, y, z;
+  ResidualChunk chunk;
+  for (int begin = 0; begin < count; begin += kChunkPoints) {
+    chunk.size = std::min(kChunkPoints, count - begin);
+    transformChunk(scan.x() + begin, scan.y() + begin, scan.z() + begin, pose, chunk);
+    x.insert(x.end(), chunk.x, chunk.x + chunk.size);
+    y.insert(y.end(), chunk.y, chunk.y + chunk.size);
+    z.insert(z.end(), chunk.z, chunk.z + chunk.size);
+  }
+  field.prepare(PointSpan{x.data(), y.data(), z.data(), count});
+}
+
 Eigen::Isometry3d retract(const Eigen::Isometry3d& T_map_sensor, const Eigen::Vector3d& centroid_sensor,
                           const Vector6d& xi) {
   const Eigen::Vector3d c = T_map_sensor * centroid_sensor;

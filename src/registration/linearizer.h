@@ -54,6 +54,9 @@ NormalEquations linearize(const DistanceField& field, const ScanBuffer& scan, in
 double residualSpread(const DistanceField& field, const ScanBuffer& scan, int count,
                       const Eigen::Isometry3d& T_map_sensor, const ResidualModel& model);
 
+/// Tells the field that the first `count` points at about this pose are asked for next.
+void prepare(const DistanceField& field, const ScanBuffer& scan, int count, const Eigen::Isometry3d& T_map_sensor);
+
 /// Left perturbation about the scan's centroid: p -> c + Exp(xi) (p - c) in the map frame.
 Eigen::Isometry3d retract(const Eigen::Isometry3d& T_map_sensor, const Eigen::Vector3d& centroid_sensor,
                           const Vector6d& xi);

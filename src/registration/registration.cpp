@@ -1,6 +1,7 @@
 #include "ttsdf_localization/registration/registration.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -32,8 +33,10 @@ bool hasInside(const DistanceField& field) {
   constexpr double kNearVoxels = 3.0, kShare = 0.1;
   const GridGeometry& g = field.geometry();
   Eigen::Matrix3Xf points(3, kAlong * kAlong * kAlong);
+  const std::array<int, 3> order = field.walkOrder();
   for (int n = 0; n < points.cols(); ++n) {
-    const Eigen::Vector3d share(n % kAlong, n / kAlong % kAlong, n / kAlong / kAlong);
+    Eigen::Vector3d share;
+    share[order[2]] = n % kAlong, share[order[1]] = n / kAlong % kAlong, share[order[0]] = n / kAlong / kAlong;
     points.col(n) = g.samplePosition((share.array() + 0.5) / kAlong * (g.dims.cast<double>().array() - 1.0))
                         .cast<float>();
   }
@@ -82,6 +85,7 @@ class Registration::Impl {
     const auto begin = Clock::now();
     RegistrationResult result = startWith(points, T_prior);
     if (usable(T_prior)) {
+      prepare(*field_, scan_, scan_.size(), T_prior);
       if (options_.method == "gauss_newton") {
         solvePlain(T_prior, result);
       } else {
@@ -323,6 +327,7 @@ class Registration::Impl {
   /// The kernel narrowed with the spread of the residuals on a part of the points, the last stage on all but
   /// those held out: outliers, as edges that the map rounds, then count for less.
   void refine(StageResult& best) {
+    prepare(*field_, scan_, scan_.size(), best.T_map_sensor);
     const int part = scan_.prefix(kMiddlePoints);
     const double noise = gradientNoise(best.equations, scales_.voxel);
     double scale = scales_.last;

@@ -36,14 +36,15 @@ Json::Value memoryByPart(const DistanceField& field, const DistanceField* far) {
   return parts;
 }
 
-std::size_t residentBytes() {
+ResidentMemory residentMemory() {
 #ifdef __GLIBC__
   malloc_trim(0);
 #endif
   std::ifstream file("/proc/self/statm");
-  std::size_t total = 0, resident = 0;
-  file >> total >> resident;
-  return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  std::size_t total = 0, resident = 0, of_files = 0;
+  file >> total >> resident >> of_files;
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  return {resident * page, (resident - of_files) * page};
 }
 
 std::size_t peakResidentBytes() {

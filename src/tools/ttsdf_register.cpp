@@ -158,11 +158,12 @@ int run(int argc, char** argv) {
   if (!line.parse(argc, argv, std::cout)) return 0;
   check(a);
   const auto entries = ttsdf::readBatch(a.batch);
-  const std::size_t resident_before = ttsdf::residentBytes();
+  const ttsdf::ResidentMemory before = ttsdf::residentMemory();
   const auto loading = std::chrono::steady_clock::now();
   Task task(a, ttsdf::loadMap(a.map));
   const double load_seconds = secondsSince(loading);
-  const std::size_t resident_loaded = ttsdf::residentBytes(), peak_loaded = ttsdf::peakResidentBytes();
+  const ttsdf::ResidentMemory loaded = ttsdf::residentMemory();
+  const std::size_t peak_loaded = ttsdf::peakResidentBytes();
   ttsdf::OutputFile out_file(a.output), uncertainty_file(a.uncertainty), report_file(a.report);
   std::ostream &out = out_file.stream(), &uncertainty = uncertainty_file.stream();
   out << ttsdf::kRegistrationCsvHeader << '\n';
@@ -189,10 +190,13 @@ int run(int argc, char** argv) {
   }
   if (!a.report.empty()) {
     Json::Value report = task.memory();
-    report["resident_before_bytes"] = static_cast<Json::UInt64>(resident_before);
-    report["resident_loaded_bytes"] = static_cast<Json::UInt64>(resident_loaded);
-    report["resident_added_bytes"] =
-        static_cast<Json::Int64>(resident_loaded) - static_cast<Json::Int64>(resident_before);
+    const auto added = [](std::size_t from, std::size_t to) {
+      return static_cast<Json::Int64>(to) - static_cast<Json::Int64>(from);
+    };
+    report["resident_before_bytes"] = static_cast<Json::UInt64>(before.all);
+    report["resident_loaded_bytes"] = static_cast<Json::UInt64>(loaded.all);
+    report["resident_added_bytes"] = added(before.all, loaded.all);
+    report["data_added_bytes"] = added(before.data, loaded.data);
     report["peak_rss_loaded_bytes"] = static_cast<Json::UInt64>(peak_loaded);
     report["peak_rss_bytes"] = static_cast<Json::UInt64>(ttsdf::peakResidentBytes());
     report["load_seconds"] = load_seconds;

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace ttsdf {
@@ -109,6 +111,111 @@ TEST(QuantizedBricks, ThoseMadeWhenAskedForAreThoseOfTheWholeSet) {
   made = 0;
   for (int round = 0; round < 20; ++round) few.corners(cells, corners, missing, decode);
   EXPECT_EQ(made, 0);
+}
+
+void planarBrick(int a, int b, int c, float* samples) {
+  for (int n = 0; n < kBrickSamples; ++n) {
+    samples[n] = planar(a * kBrickCells + n % kBrickSide, b * kBrickCells + n / kBrickSide % kBrickSide,
+                        c * kBrickCells + n / kBrickSide / kBrickSide);
+  }
+}
+
+TEST(QuantizedBricks, AppendedOneByOneTheyAreThoseSet) {
+  const std::array<int, 3> sizes{{50, 40, 30}};
+  const QuantizedBricks set = someBricks(sizes);
+  QuantizedBricks appended(sizes);
+  float samples[kBrickSamples];
+  for (int b = 0; b < set.counts()[1]; ++b) {
+    for (int a = 0; a < set.counts()[0]; ++a) {
+      for (int c = 0; c < set.counts()[2]; ++c) {
+        if (!set.has(set.idOf(a, b, c))) continue;
+        planarBrick(a, b, c, samples);
+        appended.append(appended.idOf(a, b, c), samples);
+      }
+    }
+  }
+  QuantizedBricks dropped = appended;
+  appended.finish();
+  EXPECT_TRUE(appended.whole());
+  EXPECT_EQ(appended.memoryBytes(), set.memoryBytes());
+  CellChunk cells;
+  CornerChunk expected, corners;
+  std::int32_t missing[kChunk];
+  cells.size = kChunk;
+  std::mt19937 random(3);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::uniform_int_distribution<std::int32_t> cell(0, sizes[axis] - 2);
+    for (std::int32_t& n : cells.cell[axis]) n = cell(random);
+  }
+  EXPECT_EQ(appended.corners(cells, corners, missing), set.corners(cells, expected, missing));
+  for (int n = 0; n < kChunk; ++n) {
+    for (int c = 0; c < 8; ++c) ASSERT_EQ(corners.value[n][c], expected.value[n][c]);
+  }
+  dropped.dropAppended();
+  dropped.allocate(7);
+  EXPECT_EQ(dropped.reserved(), set.size()) << "which ones there are is kept";
+  EXPECT_EQ(dropped.size(), 7u);
+}
+
+TEST(QuantizedBricks, ThoseMadeInAdvanceAreNotMadeAgain) {
+  const std::array<int, 3> sizes{{50, 40, 30}};
+  QuantizedBricks bricks(sizes);
+  for (QuantizedBricks::Id id = 0; id < bricks.idCount(); ++id) bricks.reserve(id);
+  bricks.allocate(40);
+  std::vector<QuantizedBricks::Id> made;
+  const auto decode = [&](int a, int b, int c, float* samples) {
+    made.push_back(bricks.idOf(a, b, c));
+    planarBrick(a, b, c, samples);
+  };
+  CellChunk cells;
+  cells.size = 30;  // places in no order, some of them twice
+  for (int n = 0; n < cells.size; ++n) {
+    cells.cell[0][n] = kBrickCells * (n * 11 % 5), cells.cell[1][n] = kBrickCells * (n % 2);
+    cells.cell[2][n] = kBrickCells * (n * 7 % 3);
+  }
+  std::vector<QuantizedBricks::Id> ids;
+  bricks.findUnmade(cells, ids);
+  bricks.make(ids, decode);
+  EXPECT_EQ(made.size(), 30u);
+  EXPECT_TRUE(std::is_sorted(made.begin(), made.end()));
+  CornerChunk corners;
+  std::int32_t missing[kChunk];
+  ids.clear();
+  bricks.findUnmade(cells, ids);
+  EXPECT_TRUE(ids.empty());
+  EXPECT_EQ(bricks.corners(cells, corners, missing, decode), 0);
+  EXPECT_EQ(made.size(), 30u);
+  const float step = 0.02f * 7.0f * (0.6f + 0.64f + 0.48f) / 255.0f;
+  for (int n = 0; n < cells.size; ++n)
+    EXPECT_NEAR(corners.value[n][0], planar(cells.cell[0][n], cells.cell[1][n], cells.cell[2][n]), 0.51f * step);
+
+  // More than there is room for: as many as there is room for, and the others when they are asked for.
+  ids.clear();
+  for (QuantizedBricks::Id id = 0; id < bricks.idCount(); ++id) ids.push_back(id);
+  made.clear();
+  bricks.make(ids, decode);
+  EXPECT_EQ(made.size(), 40u);
+  EXPECT_EQ(bricks.corners(cells, corners, missing, decode), 0);
+  for (int n = 0; n < cells.size; ++n)
+    EXPECT_NEAR(corners.value[n][0], planar(cells.cell[0][n], cells.cell[1][n], cells.cell[2][n]), 0.51f * step);
+}
+
+TEST(QuantizedBricks, NumbersThatAreNoneCountAsZero) {
+  QuantizedBricks bricks(std::array<int, 3>{{8, 8, 8}});
+  std::vector<float> samples(kBrickSamples, 1.0f);
+  samples[0] = std::nanf("");
+  samples[1] = std::numeric_limits<float>::infinity();
+  samples[8] = -std::numeric_limits<float>::infinity();
+  bricks.append(0, samples.data());
+  bricks.finish();
+  CellChunk cells;
+  CornerChunk corners;
+  std::int32_t missing[kChunk];
+  cells.size = 1;
+  for (auto& axis : cells.cell) axis[0] = 0;
+  EXPECT_EQ(bricks.corners(cells, corners, missing), 0);
+  const float expected[8] = {0.0f, 0.0f, 0.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f};
+  for (int c = 0; c < 8; ++c) EXPECT_FLOAT_EQ(corners.value[0][c], expected[c]);
 }
 
 TEST(QuantizedBricks, AsManyAreHeldAsBytesAllow) {

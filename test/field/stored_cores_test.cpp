@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <vector>
 
 #include "../../src/field/column_cache.h"
 
@@ -31,6 +33,36 @@ TEST(StoredCores, DotProductsAreThoseOfWholeNumbers) {
         std::int64_t sum = 0;
         for (int b = 0; b < width; ++b) sum += std::int64_t{columns[q][b]} * rows[r][b];
         EXPECT_EQ(out[r][q], sum) << width;
+      }
+    }
+  }
+}
+
+TEST(StoredCores, EightRowsTogetherAreThoseRowsOneByOne) {
+  for (const int rank : {1, 8, 11, 40}) {
+    const StoredCores cores(randomTrain(12, 5, 13, 6, rank));
+    const int width = cores.width();
+    std::vector<std::int32_t> storage(static_cast<std::size_t>(width / 2 * kRowsTogether));
+    auto* const pairs = reinterpret_cast<std::int32_t(*)[kRowsTogether]>(storage.data());
+    std::vector<float> scales(kColumnBlock);
+    std::vector<std::int16_t> block(static_cast<std::size_t>(kColumnBlock * width));
+    cores.contract(1, 3, scales.data(), block.data());
+    const std::int16_t* const columns[4] = {&block[0], &block[static_cast<std::size_t>(width)],
+                                            &block[static_cast<std::size_t>(2 * width)],
+                                            &block[static_cast<std::size_t>(3 * width)]};
+    for (const int k : {0, 3, 9, 12}) {  // from 6 on behind the last one
+      float scale[kRowsTogether];
+      std::int32_t out[4][kRowsTogether];
+      cores.rowsTogether(k, pairs, scale);
+      dotProducts(columns, pairs, width, out);
+      for (int m = 0; m < kRowsTogether; ++m) {
+        const int at = std::min(k + m, 12);
+        EXPECT_EQ(scale[m], cores.lastScale(at));
+        for (int q = 0; q < 4; ++q) {
+          std::int64_t sum = 0;
+          for (int b = 0; b < width; ++b) sum += std::int64_t{columns[q][b]} * cores.last(at)[b];
+          EXPECT_EQ(out[q][m], sum) << rank << ", " << k << ", " << m;
+        }
       }
     }
   }

@@ -127,6 +127,29 @@ TEST(TtDistanceField, OnceWarmAnswersDoNotDependOnTheMemory) {
   for (std::size_t n = 0; n < points.size(); ++n) expectSame(answers[n], truth[n]);
 }
 
+TEST(TtDistanceField, PreparingForPointsChangesNoAnswerAndTakesNoMemory) {
+  const Dims dims(170, 170, 160);
+  GridGeometry geometry = turnedGeometry(dims);
+  geometry.voxel_size = 1.0 / dims.maxCoeff();
+  const TensorTrain train = lowRank(dims, 6);
+  const TtDistanceField prepared(train, geometry, {}, withMemory(0.0)), reference(train, geometry, {}, withMemory(0.0)),
+      whole(train, geometry, {}, withMemory(100.0)), cold(train, geometry, {}, withMemory(0.0));
+  for (const TtDistanceField* field : {&prepared, &reference, &whole}) field->warmUp();
+  const std::size_t bytes = prepared.memoryBytes();
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    // More bricks than there is room for, points outside among them.
+    const Eigen::Matrix3Xf points = randomPoints(geometry, 4000, 0.0, 0.2, seed);
+    const Eigen::VectorXf x = points.row(0), y = points.row(1), z = points.row(2);
+    const PointSpan span{x.data(), y.data(), z.data(), static_cast<int>(points.cols())};
+    for (const TtDistanceField* field : {&prepared, &whole, &cold}) field->prepare(span);
+    const FieldSamples truth = reference.evaluate(points);
+    expectSame(prepared.evaluate(points), truth);
+    expectSame(whole.evaluate(points), truth);
+  }
+  EXPECT_EQ(prepared.memoryBytes(), bytes);
+  EXPECT_EQ(cold.memory().bricks, 0u) << "without bricks there is nothing to make";
+}
+
 TEST(TtDistanceField, AnswersDoNotDependOnWhatWasAskedBefore) {
   const Dims dims(40, 33, 36);
   const GridGeometry geometry = turnedGeometry(dims);

@@ -76,6 +76,9 @@ class DistanceField {
   /// Makes ahead of the first scan what the field keeps around the surface, if anything. `keep_going` is
   /// asked every few milliseconds; false: Cancelled, and the field answers as before.
   virtual void warmUp(const KeepGoing& keep_going = {}) const { static_cast<void>(keep_going); }
+  /// These places and what is around them are asked for next, again and again: what the field would make on
+  /// the way it may make now, all at once. Changes no answer.
+  virtual void prepare(const PointSpan& points) const { static_cast<void>(points); }
   /// The order of axes in which a walk through the field costs least, the innermost loop last.
   virtual std::array<int, 3> walkOrder() const { return {{2, 1, 0}}; }
 

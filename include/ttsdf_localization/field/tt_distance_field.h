@@ -49,8 +49,9 @@ class TtDistanceField final : public DistanceField {
   std::array<int, 3> modeSizes() const;
   const SupportMask& mask() const;
   /// Makes the bricks around the surface, as far as the memory allows; once. Until then every point is asked
-  /// of the cores. Cost: the parts of the map near the surface, twice, about 3 us per brick of 7^3 cells.
+  /// of the cores. Cost: the parts of the map near the surface, about 3 us per brick of 7^3 cells.
   void warmUp(const KeepGoing& keep_going = {}) const override;
+  void prepare(const PointSpan& points) const override;
   std::array<int, 3> walkOrder() const override;
 
  private:

@@ -3,6 +3,8 @@
 
 #include <json/value.h>
 
+#include <cstddef>
+
 #include "ttsdf_localization/field/distance_field.h"
 
 namespace ttsdf {
@@ -11,9 +13,15 @@ namespace ttsdf {
 /// `map_memory_bytes`.
 Json::Value memoryByPart(const DistanceField& field, const DistanceField* far);
 
-/// Resident memory of this process now, after what was freed went back to the system; and its largest so far
-/// [bytes].
-std::size_t residentBytes();
+/// Of this process [bytes].
+struct ResidentMemory {
+  std::size_t all = 0;
+  std::size_t data = 0;  ///< without what belongs to files, as the code of programs and libraries
+};
+
+/// Now, after what was freed went back to the system.
+ResidentMemory residentMemory();
+/// The largest so far [bytes].
 std::size_t peakResidentBytes();
 
 }  // namespace ttsdf

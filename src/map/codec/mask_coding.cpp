@@ -12,7 +12,7 @@ namespace ttsdf {
 namespace {
 
 constexpr std::uint32_t kMaxCellVoxels = 1u << 20;
-/// More cells than any grid that fits a map; decoding takes about 10 ns each.
+/// More cells than any grid that fits a map; decoding takes some ns each.
 constexpr double kMaxCells = 1 << 28;
 /// A cell takes a bit as it is coded and a bit of the mask.
 constexpr double kCellsPerMegabyte = 4e6;
@@ -51,12 +51,19 @@ SupportMask readMask(ByteReader& in, const Dims& dims, double max_megabytes) {
       decompressBytes(coded.take(coded_size), coded_size, bytes, in.what());
 
   SupportMask mask(dims, static_cast<int>(cell_voxels), false);
-  forEachCell(mask.cellDims(), [&](int a, int b, int c) {
-    const int odds = logOdds(mask, a, b, c);
-    const auto bucket = static_cast<std::size_t>(bucketOf(odds));
-    if (at[bucket] == size[bucket]) refuse(in.what(), "cells that do not fit their prediction", "a mask");
-    if (bitAt(packed.data(), at[bucket]++) != (odds >= 0)) mask.set(a, b, c, true);
-  });
+  for (int c = 0; c < cell_dims[2]; ++c) {
+    for (int b = 0; b < cell_dims[1]; ++b) {
+      RowOdds row(mask, b, c);
+      bool supported = false;
+      for (int a = 0; a < cell_dims[0]; ++a) {
+        const int odds = row.next(supported);
+        const auto bucket = static_cast<std::size_t>(bucketOf(odds));
+        if (at[bucket] == size[bucket]) refuse(in.what(), "cells that do not fit their prediction", "a mask");
+        supported = bitAt(packed.data(), at[bucket]++) != (odds >= 0);
+        if (supported) mask.set(a, b, c, true);
+      }
+    }
+  }
   return mask;
 }
 
