@@ -23,7 +23,8 @@ set(CPACK_DEBIAN_TOOLS_DESCRIPTION "builder and tools of ttsdf-localization
  Builds compressed maps from depth frames, clouds, meshes and volumes, by nodelet or command line; looks at, samples, converts and
  compares them; localizes in bags; simulates a depth camera.")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS
-  "ttsdf-localization (= ${PROJECT_VERSION}), python3-rosbag, python3-rospy, python3-numpy, python3-pil")
+  "ttsdf-localization (= ${PROJECT_VERSION}), python3-rosbag, python3-rospy, \
+python3-geometry-msgs, python3-sensor-msgs, python3-tf2-msgs, python3-numpy, python3-pil")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS "rviz, libdepth-image-proc-dev, python3-matplotlib")
 
 include(CPack)
