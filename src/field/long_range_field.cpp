@@ -11,8 +11,8 @@ namespace ttsdf {
 
 namespace {
 
-// Voxels between the samples whose foot points are taken: surfaces are continuous, and no cell needs many. A map's
-// distances may end three voxels behind a surface.
+// Voxels between the samples whose foot points are taken: surfaces are continuous, and no cell needs many. A
+// map's distances may end three voxels behind a surface.
 int footStep(int spacing) { return std::clamp(spacing / 2, 2, 3); }
 
 /// The map's box, sampled every so many voxels. The last sample of an axis may lie beyond the box.

@@ -26,7 +26,8 @@ class NearestFeet {
 
   /// A border of samples without a foot runs round the grid: no pass has to ask where it ends.
   std::size_t linear(int a, int b, int c) const {
-    const auto rows = static_cast<std::size_t>(dims_[0] + 2), columns = static_cast<std::size_t>(dims_[1] + 2);
+    const auto rows = static_cast<std::size_t>(dims_[0] + 2),
+               columns = static_cast<std::size_t>(dims_[1] + 2);
     return static_cast<std::size_t>(a + 1) +
            rows * (static_cast<std::size_t>(b + 1) + columns * static_cast<std::size_t>(c + 1));
   }

@@ -109,7 +109,9 @@ QuantizedBricks::QuantizedBricks(const std::array<int, 3>& sizes) : counts_(coun
   before_.assign(bits_.size(), 0);
 }
 
-std::size_t QuantizedBricks::largestWhole(std::size_t bytes) { return bytes / (kBrickSamples + sizeof(Range)); }
+std::size_t QuantizedBricks::largestWhole(std::size_t bytes) {
+  return bytes / (kBrickSamples + sizeof(Range));
+}
 
 std::size_t QuantizedBricks::fitting(std::size_t count, std::size_t bytes) {
   constexpr std::size_t kBrick = kBrickSamples + sizeof(Range);
@@ -249,8 +251,8 @@ void QuantizedBricks::make(std::vector<Id>& ids, const Decode& decode) {
   if (ids.size() > size()) ids.resize(size());
   const Id rows = static_cast<Id>(counts_[2]), layers = rows * static_cast<Id>(counts_[0]);
   for (const Id id : ids) {
-    makeOne(placeOf(id), static_cast<int>(id / rows % static_cast<Id>(counts_[0])), static_cast<int>(id / layers),
-            static_cast<int>(id % rows), decode);
+    makeOne(placeOf(id), static_cast<int>(id / rows % static_cast<Id>(counts_[0])),
+            static_cast<int>(id / layers), static_cast<int>(id % rows), decode);
   }
 }
 

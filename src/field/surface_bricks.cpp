@@ -54,7 +54,8 @@ bool SurfaceBricks::nearSurface(int a, int b, int c, const float* samples) const
   return false;
 }
 
-QuantizedBricks SurfaceBricks::find(ColumnCache& columns, std::size_t most, const KeepGoing& keep_going) const {
+QuantizedBricks SurfaceBricks::find(ColumnCache& columns, std::size_t most,
+                                    const KeepGoing& keep_going) const {
   const auto& sizes = cores_.sizes();
   const float reach = kCentreReach * static_cast<float>(geometry_.voxel_size);
   QuantizedBricks bricks(sizes);

@@ -42,9 +42,10 @@ double secondsSince(Clock::time_point begin) {
 constexpr double kFirst = 0.5;      // widest kernel, in radii of the scan
 constexpr double kKeptPart = 0.35;  // of the starts, after a few steps
 constexpr double kCells = 20.0;  // of a scan's radius cubed, in free space that `starts` are enough for ...
-constexpr double kMostTimes = 32.0;  // ... more of it takes more of them, at most so many times
-constexpr double kSure = 0.15;       // a place that explains the scan so well needs no further starts
-constexpr int kFurther = 1;          // times as many starts once more, where the first ones did not do
+constexpr double kMostTimes = 32.0;   // ... more of it takes more of them, at most so many times
+constexpr int kMostStarts = 1000000;  // 128 MB of them; more where the options ask for more
+constexpr double kSure = 0.15;        // a place that explains the scan so well needs no further starts
+constexpr int kFurther = 1;           // times as many starts once more, where the first ones did not do
 
 void settleOutcome(const GlobalOptions& options, RegistrationResult& best) {
   if (best.reason == TerminationReason::kTooFewPoints) return;
@@ -76,8 +77,9 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
   if (gravity) hint = GravityHint{gravity->normalized(), map_down.normalized(), options.tilt_sigma};
   const double volume = freeVolume(registration.field(), search.coarse(), search.clearance(), options.seed);
   const double cells = volume / std::max(std::pow(search.radius(), 3), 1e-9);
-  const int first_starts = static_cast<int>((gravity ? options.starts : options.starts_without_gravity) *
-                                            std::clamp(cells / kCells, 1.0, kMostTimes));
+  const int asked = gravity ? options.starts : options.starts_without_gravity;
+  const int first_starts = static_cast<int>(
+      std::min(asked * std::clamp(cells / kCells, 1.0, kMostTimes), std::max<double>(asked, kMostStarts)));
   const auto startsUpTo = [&](int count) {
     return startsOverMap(registration.field(), search.coarse(), hint, search.clearance(), count,
                          options.seed);

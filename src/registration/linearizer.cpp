@@ -104,7 +104,8 @@ double residualSpread(const DistanceField& field, const ScanBuffer& scan, int co
   return kSigmaPerMedian * static_cast<double>(*middle);
 }
 
-void prepare(const DistanceField& field, const ScanBuffer& scan, int count, const Eigen::Isometry3d& T_map_sensor) {
+void prepare(const DistanceField& field, const ScanBuffer& scan, int count,
+             const Eigen::Isometry3d& T_map_sensor) {
   const KernelPose pose = toPose(T_map_sensor, scan.centroid());
   std::vector<float> x, y, z;
   ResidualChunk chunk;

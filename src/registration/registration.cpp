@@ -36,7 +36,8 @@ bool hasInside(const DistanceField& field) {
   const std::array<int, 3> order = field.walkOrder();
   for (int n = 0; n < points.cols(); ++n) {
     Eigen::Vector3d share;
-    share[order[2]] = n % kAlong, share[order[1]] = n / kAlong % kAlong, share[order[0]] = n / kAlong / kAlong;
+    share[order[2]] = n % kAlong, share[order[1]] = n / kAlong % kAlong,
+    share[order[0]] = n / kAlong / kAlong;
     points.col(n) = g.samplePosition((share.array() + 0.5) / kAlong * (g.dims.cast<double>().array() - 1.0))
                         .cast<float>();
   }

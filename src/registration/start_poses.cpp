@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace ttsdf {
 
@@ -140,7 +141,8 @@ std::vector<Eigen::Isometry3d> startsOverMap(const DistanceField& field, const D
   const Halton halton(seed);
   FreeSpace space(field, far, clearance, halton);
   std::vector<Eigen::Isometry3d> starts;
-  for (int begin = 0; begin < 64 * count && static_cast<int>(starts.size()) < count; begin += kBatch) {
+  const int most = std::min(count, std::numeric_limits<int>::max() / 128) * 64;  // positions looked at
+  for (int begin = 0; begin < most && static_cast<int>(starts.size()) < count; begin += kBatch) {
     if (begin > 0) space.look(begin);
     for (int n = 0; n < kBatch && static_cast<int>(starts.size()) < count; ++n) {
       if (!space.clear(n)) continue;

@@ -19,7 +19,7 @@ struct SearchOptions {
 const OptionTable<SearchOptions>& searchOptionTable();
 
 struct GlobalOptions {
-  int starts = 1500;  ///< with gravity known; up to 32 times as many in a large place for what a scan shows
+  int starts = 1500;  ///< with gravity known; up to 32 times as many in a large place, twice that if unsure
   int starts_without_gravity = 14000;
   int coarse_points = 300;
   int refined = 12;

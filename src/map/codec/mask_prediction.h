@@ -60,8 +60,8 @@ class RowOdds {
     ++at_;
     const Window &r = below_, &s = behind_, &t = behind_above_, &u = behind_below_;
     // Bit n is neighbour n.
-    const unsigned known = unsigned{before} | r.here << 1 | s.here << 2 | r.before << 3 | r.after << 4 | s.before << 5 |
-                           s.after << 6 | t.here << 7 | t.after << 8 | u.before << 9;
+    const unsigned known = unsigned{before} | r.here << 1 | s.here << 2 | r.before << 3 | r.after << 4 |
+                           s.before << 5 | s.after << 6 | t.here << 7 | t.after << 8 | u.before << 9;
     return kSums[known];
   }
 
@@ -92,8 +92,9 @@ class RowOdds {
     window.before = window.here;
     window.here = window.after;
     const std::size_t place = window.first + at_;
-    window.after =
-        window.first == kNone || at_ >= length_ ? 0u : static_cast<unsigned>(bits_[place >> 6] >> (place & 63) & 1u);
+    window.after = window.first == kNone || at_ >= length_
+                       ? 0u
+                       : static_cast<unsigned>(bits_[place >> 6] >> (place & 63) & 1u);
   }
 
   const std::uint64_t* bits_;
