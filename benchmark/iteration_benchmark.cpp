@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "../src/registration/minimizer.h"
+#include "../src/registration/solver/minimizer.h"
 #include "benchmark_world.h"
 #include "ttsdf_localization/compression/tt_svd.h"
 #include "ttsdf_localization/field/tt_distance_field.h"

@@ -3,7 +3,7 @@ find_package(ZLIB REQUIRED)
 ttsdf_find_library(LZMA_LIBRARY lzma)
 
 # Square roots of non-negative numbers only: without errno they become vector instructions. Vectors never cross a call.
-set_source_files_properties(src/registration/residual_kernels.cpp src/field/grid_locator.cpp PROPERTIES
+set_source_files_properties(src/registration/solver/residual_kernels.cpp src/field/grid_locator.cpp PROPERTIES
   COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 ttsdf_library(ttsdf_core
   SOURCES
@@ -15,9 +15,9 @@ ttsdf_library(ttsdf_core
     src/map/codec/mask_coding.cpp
     src/map/format/map_sections.cpp
     src/map/format/map_container.cpp
-    src/map/codec/cosine_transform.cpp
-    src/map/codec/magnitude_tables.cpp
-    src/map/codec/coefficient_coder.cpp
+    src/map/codec/coefficients/cosine_transform.cpp
+    src/map/codec/coefficients/magnitude_tables.cpp
+    src/map/codec/coefficients/coefficient_coder.cpp
     src/map/codec/bit_model.cpp
     src/map/codec/quantized_cores.cpp
     src/map/format/encoding.cpp
@@ -32,30 +32,32 @@ ttsdf_library(ttsdf_core
     src/field/distance_field.cpp
     src/field/grid_locator.cpp
     src/field/dense_distance_field.cpp
-    src/field/quantized_bricks.cpp
-    src/field/stored_cores.cpp
-    src/field/column_cache.cpp
-    src/field/surface_bricks.cpp
+    src/field/compressed/quantized_bricks.cpp
+    src/field/compressed/stored_cores.cpp
+    src/field/compressed/column_cache.cpp
+    src/field/compressed/surface_bricks.cpp
     src/field/nearest_feet.cpp
-    src/field/tt_distance_field.cpp
-    src/field/derivative_core_field.cpp
+    src/field/compressed/tt_distance_field.cpp
+    src/field/compressed/derivative_core_field.cpp
     src/field/long_range_field.cpp
     src/registration/scan_buffer.cpp
-    src/registration/linearizer.cpp
-    src/registration/residual_kernels.cpp
-    src/registration/minimizer.cpp
-    src/registration/uncertainty.cpp
+    src/registration/solver/linearizer.cpp
+    src/registration/solver/residual_kernels.cpp
+    src/registration/solver/minimizer.cpp
+    src/registration/verification/uncertainty.cpp
     src/registration/result.cpp
     src/registration/pose_prior.cpp
     src/registration/registration_options.cpp
-    src/registration/verification.cpp
+    src/registration/verification/verification.cpp
     src/registration/registration.cpp
-    src/registration/descent.cpp
-    src/registration/multi_start.cpp
-    src/registration/ray_check.cpp
-    src/registration/start_poses.cpp
-    src/registration/search.cpp
-    src/registration/global_localization.cpp
+    src/registration/hypotheses.cpp
+    src/registration/acceptance.cpp
+    src/registration/multi_start/descent.cpp
+    src/registration/multi_start/multi_start.cpp
+    src/registration/verification/ray_check.cpp
+    src/registration/multi_start/start_poses.cpp
+    src/registration/multi_start/search.cpp
+    src/registration/multi_start/global_localization.cpp
     src/localization/localization_types.cpp
     src/localization/localizer_options.cpp
     src/localization/gates.cpp

@@ -24,19 +24,19 @@ ttsdf_library(ttsdf_mapping
     src/frames/frame_layouts.cpp
     src/frames/trajectory_file.cpp
     src/frames/pinhole.cpp
-    src/fusion/surface_pixels.cpp
-    src/fusion/depth_pyramid.cpp
-    src/fusion/view_blocks.cpp
-    src/fusion/surface_guard.cpp
-    src/fusion/block_update.cpp
-    src/fusion/depth_fusion.cpp
+    src/fusion/depth/surface_pixels.cpp
+    src/fusion/depth/depth_pyramid.cpp
+    src/fusion/depth/view_blocks.cpp
+    src/fusion/depth/surface_guard.cpp
+    src/fusion/depth/block_update.cpp
+    src/fusion/depth/depth_fusion.cpp
     src/fusion/cloud_fusion.cpp
     src/fusion/cloud_normals.cpp
     src/fusion/cloud_surface.cpp
     src/fusion/tsdf_volume.cpp
-    src/fusion/vdb_import.cpp
-    src/fusion/vdb_io.cpp
-    src/fusion/vdb_reader.cpp
+    src/fusion/vdb/vdb_import.cpp
+    src/fusion/vdb/vdb_io.cpp
+    src/fusion/vdb/vdb_reader.cpp
     src/fusion/volume_parts.cpp
     src/signed_field/ideal_volume.cpp
     # volume or mesh -> signed field

@@ -16,7 +16,9 @@ set(CPACK_DEBIAN_ROBOT_DESCRIPTION "localization of depth cameras in compressed 
  Nodelet and node (ROS 1) that register scans in a map compressed with the tensor-train decomposition, a map server, and an
  operator's menu.")
 set(CPACK_DEBIAN_ROBOT_PACKAGE_DEPENDS "python3-roslaunch, libnodeletlib-tools, python3-rosservice, python3-genpy")
+set(CPACK_DEBIAN_ROBOT_PACKAGE_RECOMMENDS "libdepth-image-proc-dev")
 set(CPACK_DEBIAN_ROBOT_PACKAGE_SUGGESTS "rviz")
+set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_EXTRA "${PROJECT_SOURCE_DIR}/cmake/debian/prerm")
 
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME ttsdf-localization-tools)
 set(CPACK_DEBIAN_TOOLS_DESCRIPTION "builder and tools of ttsdf-localization
@@ -25,7 +27,8 @@ set(CPACK_DEBIAN_TOOLS_DESCRIPTION "builder and tools of ttsdf-localization
 set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS
   "ttsdf-localization (= ${PROJECT_VERSION}), python3-rosbag, python3-rospy, \
 python3-geometry-msgs, python3-sensor-msgs, python3-tf2-msgs, python3-numpy, python3-pil")
-set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS "rviz, libdepth-image-proc-dev, python3-matplotlib")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS "rviz, python3-matplotlib")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_CONTROL_EXTRA "${PROJECT_SOURCE_DIR}/cmake/debian/prerm")
 
 include(CPack)
 cpack_add_component(Unspecified GROUP robot)

@@ -4,14 +4,14 @@ set_source_files_properties(src/simulation/depth_renderer.cpp PROPERTIES
   COMPILE_OPTIONS "-O3;-fno-math-errno;-fno-trapping-math;-Wno-psabi")
 ttsdf_library(ttsdf_simulation
   SOURCES
-    src/simulation/solid.cpp
-    src/simulation/analytic_scene.cpp
-    src/simulation/scene_sampling.cpp
-    src/simulation/scene_builder.cpp
-    src/simulation/furniture.cpp
-    src/simulation/apartment.cpp
-    src/simulation/building.cpp
-    src/simulation/worlds.cpp
+    src/simulation/scenes/solid.cpp
+    src/simulation/scenes/analytic_scene.cpp
+    src/simulation/scenes/scene_sampling.cpp
+    src/simulation/scenes/scene_builder.cpp
+    src/simulation/scenes/furniture.cpp
+    src/simulation/scenes/apartment.cpp
+    src/simulation/scenes/building.cpp
+    src/simulation/scenes/worlds.cpp
     src/simulation/depth_noise.cpp
     src/simulation/pose_noise.cpp
     src/simulation/depth_renderer.cpp

@@ -26,13 +26,13 @@ endif()
 
 ttsdf_library(ttsdf_tools
   SOURCES
-    src/tools/command_line.cpp
-    src/tools/json_file.cpp
+    src/tools/common/command_line.cpp
+    src/tools/common/json_file.cpp
     src/tools/map_edit.cpp
     src/tools/map_memory.cpp
-    src/tools/option_file.cpp
-    src/tools/progress.cpp
-    src/tools/scan_io.cpp
+    src/tools/common/option_file.cpp
+    src/tools/common/progress.cpp
+    src/tools/common/scan_io.cpp
     src/tools/spectra.cpp
   PUBLIC ttsdf_core ttsdf_compression ttsdf_readers JsonCpp::JsonCpp
   PRIVATE Boost::program_options ttsdf_yaml)

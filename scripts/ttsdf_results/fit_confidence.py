@@ -1,4 +1,4 @@
-"""Fits the confidence of a registration: the weights in src/registration/verification.cpp.
+"""Fits the confidence of a registration: the weights in src/registration/verification/verification.cpp.
 
 usage: scripts/results fit_confidence SCENE=LOG.csv[,LOG.csv...]... [--right METRES]
 

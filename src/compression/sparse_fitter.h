@@ -2,7 +2,7 @@
 // The solver behind fitSparse and compactMap: it keeps its state, so that a search for the right threshold
 // goes on from the solution of the last one.
 
-#include "../map/codec/cosine_transform.h"
+#include "../map/codec/coefficients/cosine_transform.h"
 #include "encoder/train_gauge.h"
 #include "ttsdf_localization/compression/sparse_fit.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "nearest_feet.h"
-#include "quantized_bricks.h"
+#include "compressed/quantized_bricks.h"
 
 namespace ttsdf {
 

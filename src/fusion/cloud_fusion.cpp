@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-#include "block_update.h"
+#include "depth/block_update.h"
 #include "ttsdf_localization/sensor/sensor_model.h"
 
 namespace ttsdf {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "cloud_fusion.h"
-#include "depth_fusion.h"
+#include "depth/depth_fusion.h"
 #include "ttsdf_localization/fusion/tsdf_volume_grids.h"
 #include "ttsdf_localization/geometry/local_origin.h"
 #include "ttsdf_localization/sensor/sensor_model.h"

@@ -100,7 +100,7 @@ void Localizer::setGuess(PoseGuess guess) {
 void Localizer::reset() {
   global_running_ = false;
   motion_.reset();
-  believed_.reset();
+  last_valid_.reset();
   forgetUsualFit();
   guesses_.clear();
   start_guess_.reset();
@@ -112,10 +112,10 @@ void Localizer::reset() {
 
 void Localizer::timeJumpedBack() {
   std::vector<PoseGuess> guesses;
-  if (believed_) {
+  if (last_valid_) {
     // After a loop the odometry starts over: its last correction is right up to the drift, which the search
     // covers.
-    PoseGuess guess = *believed_;
+    PoseGuess guess = *last_valid_;
     guess.source = "last pose before the time jump";
     guess.stamp = std::numeric_limits<double>::quiet_NaN();
     guess.widen = true;
@@ -141,7 +141,7 @@ LocalizationUpdate Localizer::process(const LocalizerScan& scan) {
     LocalizationUpdate update = blank(scan);
     update.reason = RefusalReason::kOldStamp;
     update.message = "the scan is not newer than the one before";
-    return finish(update);
+    return withState(update);
   }
   last_stamp_ = scan.stamp;
   return handle(scan);
@@ -158,12 +158,12 @@ LocalizationUpdate Localizer::handle(const LocalizerScan& scan) {
     LocalizationUpdate update = blank(scan);
     update.reason = RefusalReason::kNoMap;
     update.message = "no map";
-    return finish(update);
+    return withState(update);
   }
   if (global_running_) {
     LocalizationUpdate update = blank(scan);
     update.message = "global localization is running";
-    return finish(update);
+    return withState(update);
   }
   if (!guesses_.empty()) return tryGuesses(scan);
   switch (state_) {
@@ -196,7 +196,7 @@ LocalizationUpdate Localizer::finishGlobal(const GlobalJob& job) {
   if (!global_running_ || job.id() != global_id_) {
     update.reason = RefusalReason::kCancelled;
     update.message = "global localization: overtaken by another pose, map or reset";
-    return finish(update);
+    return withState(update);
   }
   global_running_ = false;
   last_global_stamp_ = last_stamp_;
@@ -222,7 +222,7 @@ LocalizationUpdate Localizer::finishGlobal(const GlobalJob& job) {
     update.T_map_sensor = job.result().T_map_sensor;
     update.message = "global localization found a place, confirming it";
     state_ = LocalizerState::kRelocalizing;
-    return finish(update);
+    return withState(update);
   }
   update.reason = refusal.reason;
   update.message = "global localization: " + refusal.message;
@@ -232,10 +232,10 @@ LocalizationUpdate Localizer::finishGlobal(const GlobalJob& job) {
   } else {
     state_ = LocalizerState::kWaitingForPose;
   }
-  return finish(update);
+  return withState(update);
 }
 
-std::optional<PoseGuess> Localizer::lastPose() const { return believed_; }
+std::optional<PoseGuess> Localizer::lastPose() const { return last_valid_; }
 
 LocalizationUpdate Localizer::blank(const LocalizerScan& scan) const {
   LocalizationUpdate update;
@@ -243,7 +243,7 @@ LocalizationUpdate Localizer::blank(const LocalizerScan& scan) const {
   return update;
 }
 
-LocalizationUpdate Localizer::finish(LocalizationUpdate& update) const {
+LocalizationUpdate Localizer::withState(LocalizationUpdate& update) const {
   update.state = state_;
   update.twist = motion_.twist();
   if (state_ == LocalizerState::kTracking || state_ == LocalizerState::kDegraded)

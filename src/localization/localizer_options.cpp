@@ -65,9 +65,14 @@ const OptionTable<MotionOptions>& motionOptionTable() {
           .add("odometry_rotation_noise_per_metre", &O::odometry_rotation_noise_per_metre, 0.0, 10.0, "rad/m",
                "Standard deviation of the odometry's rotation per distance driven.")
           .add("velocity_translation_noise", &O::velocity_translation_noise, 0.0, 100.0, "m/s",
-               "Without odometry: standard deviation of the predicted position per time.")
+               "Without odometry: largest standard deviation of the predicted position per time.")
           .add("velocity_rotation_noise", &O::velocity_rotation_noise, 0.0, 100.0, "rad/s",
-               "Without odometry: standard deviation of the predicted rotation per time.")
+               "Without odometry: largest standard deviation of the predicted rotation per time.")
+          .add("acceleration", &O::acceleration, 0.0, 1000.0, "m/s^2",
+               "Without odometry: how much the velocity may change; where it is known the prediction is the "
+               "better the more often scans come.")
+          .add("angular_acceleration", &O::angular_acceleration, 0.0, 1000.0, "rad/s^2",
+               "The same of the rotation.")
           .add("max_extrapolation", &O::max_extrapolation, 0.0, 10.0, "s",
                "A velocity is carried on for at most this time.");
   return table;

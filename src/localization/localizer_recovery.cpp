@@ -86,7 +86,7 @@ LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
   LocalizationUpdate update = blank(scan);
   state_ = LocalizerState::kRelocalizing;
   update.message = "trying " + joined(guesses_);
-  if (!searchDue(scan.stamp, options_.recovery.search_period)) return finish(update);
+  if (!searchDue(scan.stamp, options_.recovery.search_period)) return withState(update);
 
   std::vector<Prediction> candidates;
   for (const PoseGuess& guess : guesses_) {
@@ -110,7 +110,7 @@ LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
     guesses_.clear();
     becomeLost(options_.recovery.search_attempts);
   }
-  return finish(update);
+  return withState(update);
 }
 
 Refusal Localizer::checkFound(const LocalizationUpdate& found, double min_inlier_ratio) const {
@@ -134,10 +134,10 @@ Refusal Localizer::checkFoundNearLast(const LocalizationUpdate& found) const {
 LocalizationUpdate Localizer::recover(const LocalizerScan& scan) {
   LocalizationUpdate update = blank(scan);
   const std::optional<Prediction> prior = motion_.predict(scan);
-  if (!prior || searches_done_ >= options_.recovery.search_attempts) return nextRung(scan, update);
+  if (!prior || searches_done_ >= options_.recovery.search_attempts) return escalate(scan, update);
   if (!searchDue(scan.stamp, options_.recovery.search_period)) {
     update.message = "lost: searching near the last pose";
-    return finish(update);
+    return withState(update);
   }
   update = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
   const Refusal refusal = checkFoundNearLast(update);
@@ -145,29 +145,29 @@ LocalizationUpdate Localizer::recover(const LocalizerScan& scan) {
   if (refusal.reason != RefusalReason::kTooFewPoints) ++searches_done_;
   update.reason = refusal.reason;
   update.message = "lost, searching near the last pose: " + refusal.message;
-  return finish(update);
+  return withState(update);
 }
 
-LocalizationUpdate Localizer::nextRung(const LocalizerScan& scan, LocalizationUpdate& update) {
+LocalizationUpdate Localizer::escalate(const LocalizerScan& scan, LocalizationUpdate& update) {
   const auto& recovery = options_.recovery;
   update.reason = RefusalReason::kNoStartPose;
   if (!recovery.allow_global || globals_done_ >= recovery.global_attempts) {
     state_ = LocalizerState::kWaitingForPose;
     update.message = "waiting for a pose: nothing found near the last one";
     if (recovery.allow_global) update.message += " and not by global localization";
-    return finish(update);
+    return withState(update);
   }
   const bool enough = scan.points.cols() >= options_.registration.min_points;
   update.wants_global = enough && last_stamp_ - last_global_stamp_ >= recovery.global_retry_seconds;
   update.message = enough ? "global localization is next" : "too few points for a global localization";
-  return finish(update);
+  return withState(update);
 }
 
 LocalizationUpdate Localizer::wait(const LocalizerScan& scan) {
   const auto& recovery = options_.recovery;
   LocalizationUpdate update = blank(scan);
   if (!motion_.hasPose() && recovery.start_globally && globals_done_ < recovery.global_attempts) {
-    return nextRung(scan, update);
+    return escalate(scan, update);
   }
   update.reason = RefusalReason::kNoStartPose;
   const std::optional<Prediction> prior = motion_.predict(scan);
@@ -178,7 +178,7 @@ LocalizationUpdate Localizer::wait(const LocalizerScan& scan) {
       return place(scan, found, recoveryInliers(), recovery.confirmation_seconds);
   }
   update.message = "waiting for a pose: initialpose, ~relocalize or ~global_localization";
-  return finish(update);
+  return withState(update);
 }
 
 }  // namespace ttsdf

@@ -29,7 +29,7 @@ std::optional<LocalizationUpdate> Localizer::withoutScans(double seconds, double
   char text[64];
   std::snprintf(text, sizeof(text), "no usable scan for %.1f s", seconds);
   update.message = text;
-  return finish(update);
+  return withState(update);
 }
 
 }  // namespace ttsdf

@@ -117,10 +117,10 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   confirmations_left_ = std::max(0, confirmations_left_ - 1);
   if (confirmations_left_ > 0 || scan.stamp < confirmed_from_) {
     update.message = "confirming the pose found";
-    return finish(update);
+    return withState(update);
   }
   confirmed_from_ = kNeverStamp;
-  return believe(scan, update);
+  return markValid(scan, update);
 }
 
 LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdate& update,
@@ -136,13 +136,13 @@ LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdat
   confirmations_left_ = options_.recovery.confirmation_scans;
   confirming_inliers_ = min_inlier_ratio;
   confirmed_from_ = seconds > 0.0 ? scan.stamp + seconds : kNeverStamp;
-  if (!confirming()) return believe(scan, update);
+  if (!confirming()) return markValid(scan, update);
   state_ = LocalizerState::kRelocalizing;
   update.message = "confirming the pose found";
-  return finish(update);
+  return withState(update);
 }
 
-LocalizationUpdate Localizer::believe(const LocalizerScan& scan, LocalizationUpdate& update) {
+LocalizationUpdate Localizer::markValid(const LocalizerScan& scan, LocalizationUpdate& update) {
   state_ = LocalizerState::kTracking;
   searches_done_ = globals_done_ = 0;
   // Rises at once and falls slowly: people in front of the camera do not lower what is usual.
@@ -151,13 +151,13 @@ LocalizationUpdate Localizer::believe(const LocalizerScan& scan, LocalizationUpd
   const double score = update.registration.score;
   usual_score_ = std::min(score, usual_score_ + kUsualGain * (score - usual_score_));
   update.pose_valid = true;
-  believed_ =
+  last_valid_ =
       PoseGuess{update.T_map_base, update.covariance, scan.stamp, scan.T_odom_base, true, "last pose"};
   if (update.registration.degenerate_directions > 0) {
     update.message = std::to_string(update.registration.degenerate_directions) +
                      " directions with little information: the prior counts there";
   }
-  return finish(update);
+  return withState(update);
 }
 
 LocalizationUpdate Localizer::refuse(const LocalizerScan& scan, const Refusal& refusal,
@@ -167,12 +167,12 @@ LocalizationUpdate Localizer::refuse(const LocalizerScan& scan, const Refusal& r
   ++refused_in_row_;
   const bool silent = saysNothing(refusal.reason) && scan.T_odom_base;
   const bool brief = scan.stamp - motion_.lastStamp() < options_.recovery.lost_after_seconds;
-  if (confirming() && silent && brief) return finish(update);  // a hand over the lens
+  if (confirming() && silent && brief) return withState(update);  // a hand over the lens
   if (confirming()) {
     stopConfirming();
     becomeLost(searches_done_);
     update.message = "the pose found was not confirmed: " + refusal.message;
-    return finish(update);
+    return withState(update);
   }
   // A scan that says nothing does not speak against the odometry, and interrupts those that do.
   const auto& recovery = options_.recovery;
@@ -187,7 +187,7 @@ LocalizationUpdate Localizer::refuse(const LocalizerScan& scan, const Refusal& r
   } else {
     state_ = LocalizerState::kDegraded;
   }
-  return finish(update);
+  return withState(update);
 }
 
 bool Localizer::confirming() const { return confirmations_left_ > 0 || confirmed_from_ != kNeverStamp; }

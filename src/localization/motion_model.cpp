@@ -8,10 +8,8 @@
 namespace ttsdf {
 
 namespace {
-/// Twist of the body frame that takes T_a to T_b in `seconds`; zero for no time or too long a time to tell.
-Vector6d bodyTwist(const Eigen::Isometry3d& T_a, const Eigen::Isometry3d& T_b, double seconds,
-                   double max_seconds) {
-  if (!(seconds > 1e-6) || seconds > max_seconds) return Vector6d::Zero();
+/// Twist of the body frame that takes T_a to T_b in `seconds`.
+Vector6d bodyTwist(const Eigen::Isometry3d& T_a, const Eigen::Isometry3d& T_b, double seconds) {
   return logSe3(T_a.inverse() * T_b) / seconds;
 }
 }  // namespace
@@ -26,7 +24,15 @@ Matrix6d MotionModel::odometryNoise(const Eigen::Isometry3d& motion) const {
 
 Matrix6d MotionModel::velocityNoise(double seconds) const {
   const double t = std::isfinite(seconds) ? std::abs(seconds) : 0.0;
-  return isotropicCovariance(options_.velocity_rotation_noise * t, options_.velocity_translation_noise * t);
+  double rotation = options_.velocity_rotation_noise * t,
+         translation = options_.velocity_translation_noise * t;
+  if (twist_interval_) {
+    // The mean velocity of an interval is the velocity of its middle.
+    const double drift = 0.5 * t * (t + *twist_interval_);
+    rotation = std::min(rotation, options_.angular_acceleration * drift);
+    translation = std::min(translation, options_.acceleration * drift);
+  }
+  return isotropicCovariance(rotation, translation);
 }
 
 std::optional<Prediction> MotionModel::predict(const LocalizerScan& scan) const {
@@ -59,10 +65,14 @@ void MotionModel::correct(const LocalizerScan& scan, const Eigen::Isometry3d& T_
                           const Matrix6d& covariance) {
   if (last_) {
     const double seconds = scan.stamp - last_->stamp;
-    // Differences of odometry are smoother than differences of corrections.
-    twist_ = scan.T_odom_base && last_->T_odom_base
-                 ? bodyTwist(*last_->T_odom_base, *scan.T_odom_base, seconds, options_.max_extrapolation)
-                 : bodyTwist(last_->T_map_base, T_map_base, seconds, options_.max_extrapolation);
+    stop();
+    if (seconds > 1e-6 && seconds <= options_.max_extrapolation) {  // too long a time does not tell
+      // Differences of odometry are smoother than differences of corrections.
+      twist_ = scan.T_odom_base && last_->T_odom_base
+                   ? bodyTwist(*last_->T_odom_base, *scan.T_odom_base, seconds)
+                   : bodyTwist(last_->T_map_base, T_map_base, seconds);
+      twist_interval_ = seconds;
+    }
   }
   remember(scan, T_map_base, covariance);
 }

@@ -18,7 +18,7 @@ constexpr float kMaxEdge = 1.5F;       // [voxel], for the search of the nearest
 constexpr double kConsistent = 0.9;    // share of the edges that says how a mesh is turned
 constexpr double kMostOfVolume = 0.5;  // an outside flood that leaves less of the volume found a hole
 
-MeshSides judge(const SurfaceMesh& mesh, const std::vector<std::uint8_t>& enclosed) {
+MeshSides sidesOf(const SurfaceMesh& mesh, const std::vector<std::uint8_t>& enclosed) {
   const auto inside = static_cast<double>(std::count(enclosed.begin(), enclosed.end(), 1));
   const bool oriented = orientedShare(mesh) >= kConsistent;
   if (oriented && inside < kMostOfVolume * std::abs(enclosedVolume(mesh))) return MeshSides::kOriented;
@@ -113,7 +113,7 @@ SampledField sampleMesh(const SurfaceMesh& mesh, double voxel_size, const BuildO
 
   const ProgressStep sign_step(progress, "sign");
   const auto enclosed = enclosedSamples(surface.mesh, nearest, field.geometry.dims, options.threads);
-  const MeshSides found = judge(surface.mesh, enclosed);
+  const MeshSides found = sidesOf(surface.mesh, enclosed);
   sign_step.report(0.5);
   if (found == MeshSides::kOriented) {
     fillOriented(surface, nearest, options, field);

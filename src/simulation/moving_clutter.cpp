@@ -5,7 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "headings.h"
+#include "scenes/headings.h"
 
 namespace ttsdf {
 

@@ -113,11 +113,13 @@ const std::vector<Include>& includes() {
   return kIncludes;
 }
 
-/// "map" for ttsdf_localization/map/x.h and for ../map/x.h; empty for anything else.
-std::string ownFolder(const std::string& include) {
-  static const std::regex kOwn(R"(^(?:ttsdf_localization|\.\.)/([a-z_]+)/)");
+/// "map" for ttsdf_localization/map/x.h and for ../../map/x.h; empty for anything else.
+std::string ownFolder(const Include& include) {
+  static const std::regex kOwn("^ttsdf_localization/([a-z_]+)/");
   std::smatch match;
-  return std::regex_search(include, match, kOwn) ? match[1].str() : "";
+  if (std::regex_search(include.text, match, kOwn)) return match[1].str();
+  if (include.text.rfind("../", 0) != 0) return "";
+  return folderOf((include.file.parent_path() / include.text).lexically_normal());
 }
 
 bool isRos(const std::string& include) {
@@ -143,7 +145,7 @@ TEST(Layers, TheTreeIsRead) {
 
 TEST(Layers, NoArrowTurnsRound) {
   for (const Include& include : includes()) {
-    const std::string target = ownFolder(include.text);
+    const std::string target = ownFolder(include);
     if (kMayUse.count(target) == 0 || target == include.folder)
       continue;  // a part of a folder is its own business
     EXPECT_EQ(kMayUse.at(include.folder).count(target), 1u) << describe(include);
@@ -190,7 +192,7 @@ TEST(Layers, SimulationUsesOnlyPlainTypesOfMapping) {
   const Names plain = {"ttsdf_localization/frames/depth_image.h",
                        "ttsdf_localization/surface/surface_mesh.h"};
   for (const Include& include : includes()) {
-    if (include.folder != "simulation" || kWings.count(ownFolder(include.text)) == 0) continue;
+    if (include.folder != "simulation" || kWings.count(ownFolder(include)) == 0) continue;
     EXPECT_EQ(plain.count(include.text), 1u) << describe(include);
   }
 }

@@ -1,4 +1,4 @@
-#include "../../src/field/quantized_bricks.h"
+#include "../../src/field/compressed/quantized_bricks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "../../src/field/stored_cores.h"
+#include "../../src/field/compressed/stored_cores.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "../../src/field/column_cache.h"
+#include "../../src/field/compressed/column_cache.h"
 
 namespace ttsdf {
 namespace {

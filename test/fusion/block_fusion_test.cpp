@@ -4,9 +4,9 @@
 
 #include <random>
 
-#include "../../src/fusion/depth_pyramid.h"
-#include "../../src/fusion/surface_guard.h"
-#include "../../src/fusion/surface_pixels.h"
+#include "../../src/fusion/depth/depth_pyramid.h"
+#include "../../src/fusion/depth/surface_guard.h"
+#include "../../src/fusion/depth/surface_pixels.h"
 #include "../support/rendered_scene.h"
 #include "../support/volume_probe.h"
 

@@ -58,6 +58,33 @@ TEST(MotionModel, CarriesAConstantVelocityOnAlongAnArc) {
   EXPECT_TRUE(model.predict(scanAt(0.2))->T_map_base.isApprox(expSe3(0.2 * velocity), 1e-9));
 }
 
+// Constant acceleration a: the mean velocity over an interval I is off by a I / 2 at its end, and the
+// position t later by a t (t + I) / 2.
+TEST(MotionModel, IsOffByWhatTheAccelerationDoes) {
+  MotionOptions options;
+  options.acceleration = 2.0, options.angular_acceleration = 3.0;
+  const double interval = 0.1, t = 0.05;
+  const auto position = [&](double time) { return 0.5 * options.acceleration * time * time; };
+  MotionModel model(options);
+  const auto at = [&](double x) { return expSe3(twist(0.0, 0.0, 0.0, x, 0.0, 0.0)); };
+  model.place(scanAt(0.0), at(position(0.0)), Matrix6d::Zero());
+  model.correct(scanAt(interval), at(position(interval)), Matrix6d::Zero());
+  const auto prediction = model.predict(scanAt(interval + t));
+  const double off = position(interval + t) - prediction->T_map_base.translation().x();
+  EXPECT_NEAR(std::sqrt(prediction->covariance(3, 3)), off, 1e-12);
+  EXPECT_NEAR(std::sqrt(prediction->covariance(0, 0)), off * 3.0 / 2.0, 1e-12);
+}
+
+TEST(MotionModel, IsNoLessCertainThanTheSpeedAllows) {
+  MotionOptions options;
+  options.velocity_translation_noise = 0.5, options.acceleration = 1000.0;
+  MotionModel model(options);
+  model.place(scanAt(0.0), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
+  EXPECT_NEAR(std::sqrt(model.predict(scanAt(0.2))->covariance(3, 3)), 0.1, 1e-12);
+  model.correct(scanAt(0.1), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
+  EXPECT_NEAR(std::sqrt(model.predict(scanAt(0.3))->covariance(3, 3)), 0.1, 1e-12);
+}
+
 TEST(MotionModel, StopsExtrapolatingAfterItsTime) {
   MotionOptions options;
   options.max_extrapolation = 0.5;

@@ -1,4 +1,4 @@
-#include "../../src/registration/linearizer.h"
+#include "../../src/registration/solver/linearizer.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "../../src/registration/ray_check.h"
+#include "../../src/registration/verification/ray_check.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "../../src/registration/descent.h"
+#include "../../src/registration/multi_start/descent.h"
 #include "analytic_world.h"
 
 namespace ttsdf {

@@ -1,4 +1,4 @@
-#include "../../src/registration/start_poses.h"
+#include "../../src/registration/multi_start/start_poses.h"
 
 #include <gtest/gtest.h>
 

@@ -115,7 +115,7 @@ class Localizer {
   // localizer.cpp: what comes in.
   LocalizationUpdate handle(const LocalizerScan& scan);
   LocalizationUpdate blank(const LocalizerScan& scan) const;
-  LocalizationUpdate finish(LocalizationUpdate& update) const;
+  LocalizationUpdate withState(LocalizationUpdate& update) const;
 
   // localizer_tracking.cpp: a scan's way while the pose is known.
   LocalizationUpdate track(const LocalizerScan& scan);
@@ -132,7 +132,7 @@ class Localizer {
                            double seconds);
   bool confirming() const;
   void stopConfirming();
-  LocalizationUpdate believe(const LocalizerScan& scan, LocalizationUpdate& update);
+  LocalizationUpdate markValid(const LocalizerScan& scan, LocalizationUpdate& update);
   LocalizationUpdate refuse(const LocalizerScan& scan, const Refusal& refusal, LocalizationUpdate& update);
   void becomeLost(int searches_done);
   void forgetUsualFit();
@@ -144,7 +144,7 @@ class Localizer {
   // localizer_recovery.cpp: the way back.
   LocalizationUpdate tryGuesses(const LocalizerScan& scan);
   LocalizationUpdate recover(const LocalizerScan& scan);
-  LocalizationUpdate nextRung(const LocalizerScan& scan, LocalizationUpdate& update);
+  LocalizationUpdate escalate(const LocalizerScan& scan, LocalizationUpdate& update);
   LocalizationUpdate wait(const LocalizerScan& scan);
   LocalizationUpdate searchAround(const LocalizerScan& scan, const std::vector<Prediction>& candidates,
                                   const SearchOptions& search);
@@ -166,7 +166,7 @@ class Localizer {
   double confirmed_from_;                 ///< stamp from which on a pose found is believed
   std::vector<PoseGuess> guesses_;        ///< to be tried; the best fit wins
   std::optional<PoseGuess> start_guess_;  ///< the last one from outside, tried again after a time jump
-  std::optional<PoseGuess> believed_;     ///< the last pose published as good
+  std::optional<PoseGuess> last_valid_;   ///< the last pose published as good
   double usual_inliers_ = 0.0;  ///< largest inlier ratio while tracking, slowly falling; 0: not known
   double usual_score_ = 1.0;    ///< smallest score, slowly rising; 1: not known
   int guess_attempts_ = 0;

@@ -36,9 +36,11 @@ struct MotionOptions {
   double odometry_translation_noise = 0.1;          ///< standard deviation per distance driven [m/m]
   double odometry_rotation_noise = 0.1;             ///< per angle turned [rad/rad]
   double odometry_rotation_noise_per_metre = 0.05;  ///< per distance driven [rad/m]
-  double velocity_translation_noise = 0.5;          ///< without odometry: standard deviation per time [m/s]
-  double velocity_rotation_noise = 0.5;             ///< [rad/s]
-  double max_extrapolation = 0.5;                   ///< a velocity is carried on for at most this time [s]
+  double velocity_translation_noise = 0.5;  ///< without odometry: most standard deviation per time [m/s]
+  double velocity_rotation_noise = 0.5;     ///< [rad/s]
+  double acceleration = 4.0;                ///< of a moving camera, standard deviation [m/s^2]
+  double angular_acceleration = 10.0;       ///< [rad/s^2]
+  double max_extrapolation = 0.5;           ///< a velocity is carried on for at most this time [s]
 };
 const OptionTable<MotionOptions>& motionOptionTable();
 

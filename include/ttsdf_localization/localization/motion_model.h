@@ -21,7 +21,7 @@ class MotionModel {
 
   void reset() { *this = MotionModel(options_); }
   /// The velocity is no longer believed.
-  void stop() { twist_.setZero(); }
+  void stop() { twist_.setZero(), twist_interval_.reset(); }
   bool hasPose() const { return last_.has_value(); }
 
   /// Pose of the base at the scan's stamp. Empty without a pose, or without an external prior where one is
@@ -60,6 +60,7 @@ class MotionModel {
   std::optional<Fix> last_;
   std::optional<Eigen::Isometry3d> T_map_odom_;
   Vector6d twist_ = Vector6d::Zero();
+  std::optional<double> twist_interval_;  ///< that the twist is the mean of [s]; empty: not known
 };
 
 }  // namespace ttsdf

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "../../map/codec/cosine_transform.h"
+#include "../../map/codec/coefficients/cosine_transform.h"
 #include "core_writer.h"
 #include "live_components.h"
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "../../map/codec/coefficient_model.h"
+#include "../../map/codec/coefficients/coefficient_model.h"
 #include "core_quantizer.h"
 #include "range_encoder.h"
 

@@ -1,7 +1,7 @@
 #include "quantized_cores.h"
 
-#include "coefficient_model.h"
-#include "cosine_transform.h"
+#include "coefficients/coefficient_model.h"
+#include "coefficients/cosine_transform.h"
 #include "range_decoder.h"
 
 namespace ttsdf {

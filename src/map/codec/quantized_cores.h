@@ -6,7 +6,7 @@
 
 #include "../format/byte_io.h"
 #include "../format/encoding.h"
-#include "coefficient_coder.h"
+#include "coefficients/coefficient_coder.h"
 #include "scalar_quantizer.h"
 
 namespace ttsdf {

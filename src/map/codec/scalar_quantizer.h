@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "coefficient_coder.h"
+#include "coefficients/coefficient_coder.h"
 
 namespace ttsdf {
 
