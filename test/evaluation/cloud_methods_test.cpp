@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <pcl/pcl_config.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "ttsdf_localization/evaluation/map_memory.h"
@@ -40,10 +41,30 @@ MapCloud blocks(double cell = 0.05) {
   return mapCloudFromMesh(mesh, cell);
 }
 
-// The sensor looks down on the blocks and sees, here, every face that is turned to it. Sampled otherwise than
+// Hills of all widths: descriptors need curvature, on flat faces they all look alike.
+MapCloud hills(double cell = 0.05) {
+  constexpr int kAlong = 81, kAcross = 61;
+  SurfaceMesh mesh;
+  mesh.vertices.resize(3, kAlong * kAcross);
+  mesh.triangles.resize(3, 2 * (kAlong - 1) * (kAcross - 1));
+  for (int i = 0, n = 0; i < kAlong; ++i) {
+    for (int j = 0; j < kAcross; ++j) {
+      const double x = 0.05 * i - 2.0, y = 0.05 * j - 1.5;
+      const double z = 0.25 * std::sin(2.1 * x + 0.7 * y * y) + 0.2 * std::cos(3.3 * y - 0.9 * x * x) +
+                       0.1 * std::sin(5.7 * x + 4.1 * y) * std::exp(0.3 * x);
+      const int v = i * kAcross + j;
+      mesh.vertices.col(v) = Eigen::Vector3d(x, y, z).cast<float>();
+      if (i + 1 == kAlong || j + 1 == kAcross) continue;
+      mesh.triangles.col(n++) << v, v + kAcross, v + 1;
+      mesh.triangles.col(n++) << v + 1, v + kAcross, v + kAcross + 1;
+    }
+  }
+  return mapCloudFromMesh(mesh, cell);
+}
+
+// The sensor looks down on the shape and sees, here, every face that is turned to it. Sampled otherwise than
 // the map: equal points would lock into each other.
-ScanPoints scanFrom(const Eigen::Isometry3d& T_map_sensor) {
-  const MapCloud map = blocks(0.037);
+ScanPoints scanFrom(const Eigen::Isometry3d& T_map_sensor, const MapCloud& map = blocks(0.037)) {
   ScanPoints points(3, 0);
   for (Eigen::Index n = 0; n < map.points.cols(); ++n) {
     const Eigen::Vector3f to_sensor = T_map_sensor.translation().cast<float>() - map.points.col(n);
@@ -102,11 +123,11 @@ class FeatureMethod : public ::testing::TestWithParam<const char*> {
 };
 
 TEST_P(FeatureMethod, FindsTheScanWithoutAPrior) {
-  const MapCloud map = blocks();
+  const MapCloud map = hills();
   const Eigen::Isometry3d truth = sensorPose();
   CloudMethodOptions options;
   const auto method = makeOpen3dMethod(GetParam(), map, options);
-  const ScanPoints scan = scanFrom(truth);
+  const ScanPoints scan = scanFrom(truth, hills(0.037));
   const Estimate estimate = method->estimate(scan, Eigen::Isometry3d::Identity(), std::nullopt);
   EXPECT_TRUE(estimate.accepted);
   EXPECT_LT(poseError(truth, estimate.T_map_sensor).translation,
