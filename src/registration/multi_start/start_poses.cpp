@@ -35,7 +35,7 @@ class Halton {
   std::array<double, 6> shift_{};
 };
 
-/// Inverse of the normal distribution (Acklam's idea replaced by bisection-free Newton on erf): accurate to
+/// Inverse of the normal distribution, by Newton steps on erfc: accurate to
 /// 1e-9.
 double normalQuantile(double p) {
   const double clipped = std::min(std::max(p, 1e-6), 1.0 - 1e-6);
