@@ -45,6 +45,9 @@ const OptionTable<GateOptions>& gateOptionTable() {
                "Largest distance of a tracked pose from its prior.")
           .add("max_jump_rotation", &O::max_jump_rotation, 0.0, 3.15, "rad",
                "Largest angle of a tracked pose from its prior.")
+          .add("max_guessed_translation", &O::max_guessed_translation, 0.0, 100.0, "m",
+               "Without odometry, along directions that scans do not fix, the position is the last velocity "
+               "carried on: no pose is published when it may be off by more than this.")
           .add("max_degenerate_directions", &O::max_degenerate_directions, 0, 6, "",
                "Most directions without information: one wall or a floor leaves 3, a corridor 1.");
   return table;

@@ -121,10 +121,10 @@ Refusal Localizer::checkFound(const LocalizationUpdate& found, double min_inlier
   return {found.reason, found.message};  // too far from what was asked for
 }
 
-Refusal Localizer::checkFoundNearLast(const LocalizationUpdate& found) const {
+Refusal Localizer::checkFoundNearLast(const LocalizerScan& scan, const LocalizationUpdate& found) const {
   if (Refusal refusal = checkFound(found, recoveryInliers())) return refusal;
   const double most = usual_score_ + options_.gates.recovery_score_margin;
-  if (found.registration.score <= most) return {};
+  if (found.registration.score <= most) return checkMeasured(scan, found.registration);
   std::ostringstream text;
   text << std::setprecision(2) << "score " << found.registration.score << ", at most " << most
        << " allowed: usual is " << usual_score_ << " (recovery_score_margin)";
@@ -140,7 +140,7 @@ LocalizationUpdate Localizer::recover(const LocalizerScan& scan) {
     return withState(update);
   }
   update = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
-  const Refusal refusal = checkFoundNearLast(update);
+  const Refusal refusal = checkFoundNearLast(scan, update);
   if (!refusal) return place(scan, update, recoveryInliers(), options_.recovery.confirmation_seconds);
   if (refusal.reason != RefusalReason::kTooFewPoints) ++searches_done_;
   update.reason = refusal.reason;
@@ -174,7 +174,7 @@ LocalizationUpdate Localizer::wait(const LocalizerScan& scan) {
   if (prior && recovery.waiting_retry_seconds > 0.0 &&
       searchDue(scan.stamp, recovery.waiting_retry_seconds)) {
     LocalizationUpdate found = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
-    if (!checkFoundNearLast(found))
+    if (!checkFoundNearLast(scan, found))
       return place(scan, found, recoveryInliers(), recovery.confirmation_seconds);
   }
   update.message = "waiting for a pose: initialpose, ~relocalize or ~global_localization";

@@ -56,10 +56,13 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
                                                                     options_.search.translation_sigma)};
     LocalizationUpdate found = searchAround(scan, {spread}, options_.search);
     // Places further away are for those who are lost.
-    if (!checkFoundNearLast(found) && found.registration.score < update.registration.score &&
+    if (!checkFoundNearLast(scan, found) && found.registration.score < update.registration.score &&
         !checkPlausible(scan, *prior, found.registration)) {
       found.relocalized = true;
-      return accept(scan, *prior, found);
+      if (!checkJump(setJump(atSensor(scan, *prior), found), options_.gates))
+        return accept(scan, *prior, found);
+      // Further than motion goes: later scans have to agree.
+      return place(scan, found, recoveryInliers(), options_.recovery.confirmation_seconds);
     }
   }
   return refuse(scan, refusal, update);
@@ -112,8 +115,10 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   setJump(atSensor(scan, prior), update);
   const RegistrationResult& result = update.registration;
   fillPose(scan, {result.T_map_sensor, result.covariance}, update);
-  motion_.correct(scan, update.T_map_base, update.covariance);
+  const Refusal guessed = checkMeasured(scan, result);
+  motion_.correct(scan, update.T_map_base, update.covariance, result.degenerate_directions == 0);
   refused_in_row_ = 0;
+  if (guessed) return followGuess(scan, guessed, update);
   confirmations_left_ = std::max(0, confirmations_left_ - 1);
   if (confirmations_left_ > 0 || scan.stamp < confirmed_from_) {
     update.message = "confirming the pose found";
@@ -121,6 +126,32 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   }
   confirmed_from_ = kNeverStamp;
   return markValid(scan, update);
+}
+
+Refusal Localizer::checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const {
+  if (result.degenerate_directions == 0) return {};
+  const double sigma = motion_.guessedSigma(scan);
+  if (sigma <= options_.gates.max_guessed_translation) return {};
+  char text[192];
+  std::snprintf(
+      text, sizeof(text),
+      "%d directions without information and no odometry: the position along them is good to %.2f m, "
+      "at most %.2f m allowed (max_guessed_translation)",
+      result.degenerate_directions, sigma, options_.gates.max_guessed_translation);
+  return {RefusalReason::kDegenerate, text};
+}
+
+LocalizationUpdate Localizer::followGuess(const LocalizerScan& scan, const Refusal& refusal,
+                                          LocalizationUpdate& update) {
+  update.reason = refusal.reason;
+  update.message = refusal.message;
+  if (!last_valid_ || scan.stamp - last_valid_->stamp >= options_.recovery.coast_seconds) {
+    stopConfirming();
+    becomeLost(0);
+  } else if (!confirming()) {
+    state_ = LocalizerState::kDegraded;
+  }
+  return withState(update);
 }
 
 LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdate& update,

@@ -35,6 +35,15 @@ Matrix6d MotionModel::velocityNoise(double seconds) const {
   return isotropicCovariance(rotation, translation);
 }
 
+bool MotionModel::hasOdometry(const LocalizerScan& scan) const {
+  return options_.prior == "odometry" && last_ && scan.T_odom_base && last_->T_odom_base;
+}
+
+double MotionModel::guessedSigma(const LocalizerScan& scan) const {
+  if (!last_ || hasOdometry(scan) || options_.prior == "external") return 0.0;
+  return std::sqrt(velocityNoise(scan.stamp - last_->measured)(3, 3));
+}
+
 std::optional<Prediction> MotionModel::predict(const LocalizerScan& scan) const {
   if (options_.prior == "external") {
     if (!scan.T_map_base_prior) return std::nullopt;
@@ -44,13 +53,14 @@ std::optional<Prediction> MotionModel::predict(const LocalizerScan& scan) const 
     return Prediction{*scan.T_map_base_prior, known + velocityNoise(seconds)};
   }
   if (!last_) return std::nullopt;
-  if (options_.prior == "odometry" && scan.T_odom_base && last_->T_odom_base) {
+  if (hasOdometry(scan)) {
     const Eigen::Isometry3d motion = last_->T_odom_base->inverse() * *scan.T_odom_base;
     return Prediction{last_->T_map_base * motion, last_->covariance + odometryNoise(motion)};
   }
   const double seconds = scan.stamp - last_->stamp;
   const double carried = std::clamp(seconds, 0.0, options_.max_extrapolation);
-  return Prediction{last_->T_map_base * expSe3(carried * twist_), last_->covariance + velocityNoise(seconds)};
+  return Prediction{last_->T_map_base * expSe3(carried * twist_),
+                    last_->covariance_measured + velocityNoise(scan.stamp - last_->measured)};
 }
 
 Prediction MotionModel::predict(const PoseGuess& guess, const LocalizerScan& scan) const {
@@ -62,7 +72,9 @@ Prediction MotionModel::predict(const PoseGuess& guess, const LocalizerScan& sca
 }
 
 void MotionModel::correct(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base,
-                          const Matrix6d& covariance) {
+                          const Matrix6d& covariance, bool measured) {
+  const std::optional<Fix> before = last_;
+  measured = measured || hasOdometry(scan);
   if (last_) {
     const double seconds = scan.stamp - last_->stamp;
     stop();
@@ -75,6 +87,9 @@ void MotionModel::correct(const LocalizerScan& scan, const Eigen::Isometry3d& T_
     }
   }
   remember(scan, T_map_base, covariance);
+  if (measured || !before) return;
+  last_->measured = before->measured;
+  last_->covariance_measured = before->covariance_measured;
 }
 
 void MotionModel::place(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base,
@@ -86,7 +101,7 @@ void MotionModel::place(const LocalizerScan& scan, const Eigen::Isometry3d& T_ma
 
 void MotionModel::remember(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base,
                            const Matrix6d& covariance) {
-  last_ = Fix{scan.stamp, T_map_base, covariance, scan.T_odom_base};
+  last_ = Fix{scan.stamp, T_map_base, covariance, scan.T_odom_base, scan.stamp, covariance};
   if (scan.T_odom_base) T_map_odom_ = T_map_base * scan.T_odom_base->inverse();
 }
 

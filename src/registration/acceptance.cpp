@@ -114,7 +114,7 @@ Matrix6d Registration::Impl::posteriorCovariance(const StageResult& stage,
   }
   const Matrix6d posterior = (measured.inverse() + prior_.information).inverse();
   FrameAgreement errors = field_->agreement();
-  // Frames do not show what the grid does to all of them alike.
+  // Frames that were fused do not show what the grid does to all of them alike.
   errors.shift = std::hypot(errors.shift, kGridShift * scales_.voxel);
   return withMapErrors(errors, measured, posterior, stage.T_map_sensor.linear() * scan_.centroid());
 }

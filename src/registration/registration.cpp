@@ -159,6 +159,7 @@ void Registration::Impl::solveNear(RegistrationResult& result) {
   const RegistrationResult blank = result;
   conclude(all.front(), result);
   // In a map with gaps another place may explain more of the scan, and badly: what is known decides.
+  if (!result.success) sortByCost(all.begin() + 1, all.end());
   for (std::size_t n = 1; n < all.size() && !result.success; ++n) {
     RegistrationResult other = blank;
     conclude(all[n], other);
@@ -169,8 +170,7 @@ void Registration::Impl::solveNear(RegistrationResult& result) {
 void Registration::Impl::solveFrom(const std::vector<Eigen::Isometry3d>& starts, RegistrationResult& result) {
   std::vector<Hypothesis> all;
   for (const auto& T : starts) all.push_back(approach(heldToPrior(T)));
-  std::stable_sort(all.begin(), all.end(),
-                   [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; });
+  sortByCost(all.begin(), all.end());
   conclude(all.front(), result);
   for (const Hypothesis& other : all) {
     const PoseError e = poseError(result.T_map_sensor, other.stage.T_map_sensor);

@@ -3,6 +3,7 @@
 // that explains the scan is found (hypotheses.cpp), and what is said about it (acceptance.cpp). Everything
 // inside works relative to the field's origin.
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -62,6 +63,10 @@ class Registration::Impl {
   void weigh(Hypothesis& h) const;
   /// The other one in place of the best, if it is better by more than the margin.
   static bool prefer(const Hypothesis& other, double margin, Hypothesis& best);
+  template <class Iterator>
+  static void sortByCost(Iterator begin, Iterator end) {
+    std::stable_sort(begin, end, [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; });
+  }
   /// One more; the best, with that margin, stays in front.
   static void consider(const Hypothesis& other, double margin, std::vector<Hypothesis>& all);
   /// How badly a pose explains the scan [0, 2]: by the points in known space, because a map with gaps

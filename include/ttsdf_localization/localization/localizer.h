@@ -125,6 +125,11 @@ class Localizer {
                          const RegistrationResult& result) const;
   static RegistrationResult alignWith(Registration& registration, const LocalizerScan& scan,
                                       const PoseEstimate& prior);
+  /// Whether something measured the pose in all directions; without odometry a guess is good for a moment.
+  Refusal checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const;
+  /// The pose goes on by guess, and is not published.
+  LocalizationUpdate followGuess(const LocalizerScan& scan, const Refusal& refusal,
+                                 LocalizationUpdate& update);
   LocalizationUpdate accept(const LocalizerScan& scan, const Prediction& prior, LocalizationUpdate& update);
   /// A pose found: believed after the confirmation scans that agree for at least `seconds`, by the inlier
   /// ratio it was found with.
@@ -150,7 +155,7 @@ class Localizer {
                                   const SearchOptions& search);
   Refusal checkFound(const LocalizationUpdate& found, double min_inlier_ratio) const;
   /// Held to what is usual: a wrong place near the last pose fits worse.
-  Refusal checkFoundNearLast(const LocalizationUpdate& found) const;
+  Refusal checkFoundNearLast(const LocalizerScan& scan, const LocalizationUpdate& found) const;
   bool searchDue(double stamp, double period);
   Prediction recoveryPrior(const Prediction& prediction) const;
   Prediction withLeastSpread(Prediction prediction) const;

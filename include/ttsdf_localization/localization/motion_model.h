@@ -30,8 +30,12 @@ class MotionModel {
   /// The same for a pose from outside.
   Prediction predict(const PoseGuess& guess, const LocalizerScan& scan) const;
 
-  /// A tracked pose: the velocity follows from the one before.
-  void correct(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
+  /// A tracked pose: the velocity follows from the one before. `measured`: the scan fixed all of it.
+  void correct(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance,
+               bool measured = true);
+  /// How far the position may be off along directions that this scan does not fix [m]: without odometry
+  /// they are a guess since the last scan that fixed them. 0 with odometry.
+  double guessedSigma(const LocalizerScan& scan) const;
   /// A pose found by a search: the velocity is unknown.
   void place(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
 
@@ -50,9 +54,12 @@ class MotionModel {
     Eigen::Isometry3d T_map_base;
     Matrix6d covariance;
     std::optional<Eigen::Isometry3d> T_odom_base;
+    double measured;  ///< stamp of the last pose that a scan or the odometry fixed in all directions
+    Matrix6d covariance_measured;  ///< of that pose
   };
 
   void remember(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
+  bool hasOdometry(const LocalizerScan& scan) const;
   Matrix6d odometryNoise(const Eigen::Isometry3d& motion) const;
   Matrix6d velocityNoise(double seconds) const;
 
