@@ -119,7 +119,8 @@ void check(const Atlas& atlas) {
 }
 
 std::string mapPath(const std::string& folder, const AtlasMap& map) {
-  const std::filesystem::path home = std::filesystem::absolute(folder);
+  // The folder itself may be named in any way, '..' included; the map's file may not.
+  const std::filesystem::path home = std::filesystem::weakly_canonical(folder);
   return pathInFolder("map '" + map.name + "'", (home / map.file).string(), home.string());
 }
 

@@ -57,4 +57,15 @@ AtlasField::Members::Members(std::vector<PlacedField> placed) : maps(std::move(p
   }
 }
 
+int AtlasField::Members::deepest(const Eigen::Vector3f& p) const {
+  int best = -1;
+  float depth = -1.0F;
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    const float here = members[m].depth(p);
+    // Written so that NaN is no support.
+    if (here >= 0.0F && here > depth) depth = here, best = static_cast<int>(m);
+  }
+  return best;
+}
+
 }  // namespace ttsdf

@@ -63,6 +63,9 @@ class AtlasField::Members {
  public:
   explicit Members(std::vector<PlacedField> placed);
 
+  /// The member that holds a point deepest, the first of equals; -1: none holds it.
+  int deepest(const Eigen::Vector3f& p) const;
+
   std::vector<PlacedField> maps;
   std::vector<AtlasMember> members;
   GridGeometry geometry;
