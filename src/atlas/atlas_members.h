@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "ttsdf_localization/atlas/atlas_field.h"
+#include "ttsdf_localization/atlas/oriented_box.h"
 
 namespace ttsdf {
 
@@ -58,6 +59,11 @@ inline void giveNothing(const SampleSpan& samples, int n) {
   samples.value[n] = samples.gradient_x[n] = samples.gradient_y[n] = samples.gradient_z[n] = 0.0F;
   samples.state[n] = PointState::kOutside;
 }
+
+/// What a map answers for, in the atlas' frame.
+OrientedBox boxInAtlas(const PlacedField& map);
+/// Index of the map whose border is furthest from a place, inside before outside; the first of equals.
+std::size_t deepestOf(const std::vector<PlacedField>& maps, const Eigen::Vector3d& p_atlas);
 
 class AtlasField::Members {
  public:

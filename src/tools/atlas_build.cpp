@@ -184,6 +184,7 @@ int runAtlasBuild(int argc, char** argv) {
   }
   writeAtlas(atlas, a.folder);
   std::printf("%zu maps, %zu bytes\n", atlas.maps.size(), bytes);
+  updatePlaceIndex(a.folder, progress);
   return 0;
 }
 

@@ -5,6 +5,7 @@
 #include "frames_fixture.h"
 #include "tool_process.h"
 #include "ttsdf_localization/atlas/atlas.h"
+#include "ttsdf_localization/atlas/place_index_file.h"
 #include "ttsdf_localization/tools/json_file.h"
 
 namespace ttsdf {
@@ -72,7 +73,8 @@ TEST_F(AtlasTool, BuildCutsTheFramesIntoMapsThatOverlap) {
 
 TEST_F(AtlasTool, WorkersDoNotChangeTheResult) {
   ASSERT_EQ(build("again", {"--workers", "2"}).exit_code, 0);
-  EXPECT_EQ(fileText(*folder_ / "again/atlas.yaml"), fileText(*folder_ / "atlas/atlas.yaml"));
+  for (const char* file : {"/atlas.yaml", "/places.bin"})
+    EXPECT_EQ(fileText(*folder_ / "again" + file), fileText(*folder_ / "atlas" + file));
 }
 
 TEST_F(AtlasTool, InfoListsMaps) {
@@ -124,6 +126,26 @@ TEST_F(AtlasTool, AtlasesAreMerged) {
   EXPECT_EQ(run({"check", folder}).exit_code, 0);
 }
 
+TEST_F(AtlasTool, TheIndexOfPlacesFollowsTheMaps) {
+  const std::string folder = copy("indexed");
+  const Atlas atlas = readAtlas(folder);
+  EXPECT_EQ(readPlaceIndex(folder, atlas).maps().size(), atlas.maps.size());  // build made it
+  const std::string before = fileText(folder + "/places.bin");
+  ASSERT_EQ(run({"index", folder}).exit_code, 0);
+  EXPECT_EQ(fileText(folder + "/places.bin"), before);
+  ASSERT_EQ(run({"remove", folder, atlas.maps[0].name}).exit_code, 0);
+  const ToolRun index = run({"index", folder});
+  ASSERT_EQ(index.exit_code, 0) << index.err;
+  EXPECT_NE(index.out.find("places"), std::string::npos);
+  const Atlas rest = readAtlas(folder);
+  EXPECT_EQ(readPlaceIndex(folder, rest).maps().size(), rest.maps.size());
+  fs::resize_file(fs::path(folder) / rest.maps[0].file, 100);
+  fs::remove(folder + "/places.bin");
+  const ToolRun damaged = run({"index", folder});
+  EXPECT_EQ(damaged.exit_code, 1);
+  EXPECT_NE(damaged.err.find("map '" + rest.maps[0].name + "'"), std::string::npos) << damaged.err;
+}
+
 TEST_F(AtlasTool, TheSurfaceOfAllMapsIsOneMesh) {
   const ToolRun run_export = run({"export", *folder_ / "atlas", "--surface", *folder_ / "all.ply"});
   ASSERT_EQ(run_export.exit_code, 0) << run_export.err;
@@ -134,7 +156,7 @@ TEST_F(AtlasTool, SaysWhatIsWrong) {
   EXPECT_EQ(run({}).exit_code, 2);
   EXPECT_EQ(run({"fly"}).exit_code, 2);
   EXPECT_EQ(run({"--help"}).exit_code, 0);
-  for (const char* command : {"build", "info", "check", "add", "remove", "merge", "export"}) {
+  for (const char* command : {"build", "info", "check", "add", "remove", "merge", "index", "export"}) {
     const ToolRun help = run({command, "--help"});
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_NE(help.out.find(std::string("usage: ttsdf_atlas ") + command), std::string::npos);
