@@ -46,6 +46,7 @@ ttsdf_tool(ttsdf_convert SOURCES src/tools/ttsdf_convert.cpp LIBS ttsdf_tools tt
 # The program ttsdf_atlas; the library has the target of this name.
 ttsdf_tool(ttsdf_atlas_tool
   SOURCES src/tools/ttsdf_atlas.cpp src/tools/atlas_build.cpp src/tools/atlas_edit.cpp src/tools/atlas_index.cpp
+          src/tools/finished_cells.cpp
           src/tools/atlas_show.cpp
     src/tools/build_sources.cpp
   LIBS ttsdf_tools ttsdf_atlas ttsdf_mapping ttsdf_exports)

@@ -77,6 +77,45 @@ TEST_F(AtlasTool, WorkersDoNotChangeTheResult) {
     EXPECT_EQ(fileText(*folder_ / "again" + file), fileText(*folder_ / "atlas" + file));
 }
 
+// A folder in the place of the last map stops the build when the others are made.
+TEST_F(AtlasTool, ABuildThatWasStoppedGoesOn) {
+  const Atlas whole = readAtlas(*folder_ / "atlas");
+  ASSERT_GE(whole.maps.size(), 3u);
+  const std::string folder = *folder_ / "stopped", state = folder + "/unfinished_build.txt",
+                    last = folder + "/" + whole.maps.back().file;
+  fs::create_directories(last);
+  const ToolRun stopped = build("stopped");
+  ASSERT_EQ(stopped.exit_code, 1);
+  EXPECT_NE(stopped.err.find(whole.maps.back().file), std::string::npos) << stopped.err;
+  ASSERT_TRUE(fs::exists(state));
+  EXPECT_FALSE(fs::exists(folder + "/atlas.yaml"));
+  fs::remove(last);
+  // One file was damaged since, and a line has no end.
+  fs::resize_file(folder + "/" + whole.maps[0].file, 100);
+  std::ofstream(state, std::ios::app) << "\n" << whole.maps[1].name << " 12";
+
+  const ToolRun again = build("stopped");
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_NE(again.out.find(std::to_string(whole.maps.size() - 2) + " of them made by a build before"),
+            std::string::npos)
+      << again.out;
+  for (const AtlasMap& map : whole.maps)
+    EXPECT_EQ(fileText(folder + "/" + map.file), fileText(*folder_ / "atlas" + "/" + map.file)) << map.name;
+  EXPECT_EQ(fileText(folder + "/atlas.yaml"), fileText(*folder_ / "atlas/atlas.yaml"));
+  EXPECT_FALSE(fs::exists(state));
+}
+
+TEST_F(AtlasTool, OtherOptionsTakeNothingFromABuildThatWasStopped) {
+  const Atlas whole = readAtlas(*folder_ / "atlas");
+  const std::string folder = *folder_ / "other", last = folder + "/" + whole.maps.back().file;
+  fs::create_directories(last);
+  ASSERT_EQ(build("other").exit_code, 1);
+  fs::remove(last);
+  const ToolRun again = build("other", {"--min-surface", "0.5"});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(again.out.find("made by a build before"), std::string::npos) << again.out;
+}
+
 TEST_F(AtlasTool, InfoListsMaps) {
   const ToolRun info = run({"info", *folder_ / "atlas", "--json"});
   ASSERT_EQ(info.exit_code, 0) << info.err;
