@@ -12,6 +12,7 @@ ttsdf_library(ttsdf_atlas
     src/atlas/atlas_far_field.cpp
     src/atlas/map_ranking.cpp
     src/atlas/map_shelf.cpp
+    src/atlas/map_difference.cpp
     src/atlas/atlas_loader.cpp
     src/atlas/place_index.cpp
     src/atlas/place_index_file.cpp

@@ -74,6 +74,8 @@ ttsdf_ros_library(ttsdf_ros
     src/ros/common/pose_store.cpp
     src/ros/common/gravity_hint.cpp
     src/ros/common/map_source.cpp
+    src/ros/common/atlas_client.cpp
+    src/ros/common/atlas_messages.cpp
     src/ros/common/atlas_source.cpp
     src/ros/common/scan_queue.cpp
     src/ros/common/scan_localizer.cpp
@@ -164,16 +166,20 @@ ttsdf_rostest(live_parameters.test SOURCE live_parameters_node_test.cpp LIBS tts
 # ---- map server ------------------------------------------------------------------------------------------------------
 ttsdf_ros_library(ttsdf_map_server
   SOURCES
+    src/ros/server/atlas_server_ros.cpp
     src/ros/server/map_publisher.cpp
     src/ros/server/map_server_ros.cpp
     src/ros/server/planner_output.cpp
-  LIBS ttsdf_ros ttsdf_occupancy)
+  LIBS ttsdf_ros ttsdf_atlas ttsdf_occupancy)
 ttsdf_node(map_server_node SOURCES src/nodes/map_server_node.cpp LIBS ttsdf_map_server)
 
 ttsdf_rostest(map_server.test SOURCE map_server_test.cpp LIBS ttsdf_ros ttsdf_compression DEPENDS map_server_node)
 if(TARGET ros_map_server_test)
   target_compile_definitions(ros_map_server_test PRIVATE MAP_SERVER_NODE="$<TARGET_FILE:map_server_node>")
 endif()
+
+ttsdf_rostest(atlas_server.test DEPENDS test_maps ttsdf_localization_nodelet map_server_node
+  ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=true)
 
 # ---- operator's menu in rviz -------------------------------------------------------------------------------------------
 find_package(interactive_markers REQUIRED)

@@ -124,6 +124,10 @@ std::string mapPath(const std::string& folder, const AtlasMap& map) {
   return pathInFolder("map '" + map.name + "'", (home / map.file).string(), home.string());
 }
 
+MapBytes mapFilesIn(const std::string& folder) {
+  return [folder](const AtlasMap& map) { return readFile(mapPath(folder, map)); };
+}
+
 AtlasMap describeMap(const std::string& name, const std::string& file, const std::vector<std::uint8_t>& bytes,
                      const MapLimits& limits) {
   const MapFileInfo info = fileInfo(bytes.data(), bytes.size());

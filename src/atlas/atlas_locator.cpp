@@ -34,19 +34,22 @@ int mapsAtOnce(const AtlasLocatorOptions& options) {
 
 class AtlasLocator::Impl {
  public:
-  Impl(std::string folder, Atlas atlas, const AtlasLocatorOptions& options)
-      : folder_(std::move(folder)),
+  Impl(MapBytes files, Atlas atlas, const AtlasLocatorOptions& options)
+      : files_(std::move(files)),
         atlas_((check(atlas), std::move(atlas))),
         options_((check(options), options)),
         neighbours_(atlas_.neighbours()),
         keys_(placeKeys(atlas_)) {
     options_.search.maps_at_once = mapsAtOnce(options);
+    for (std::size_t n = 0; n < atlas_.maps.size(); ++n) places_[atlas_.maps[n].name] = n;
+  }
+
+  void useIndex(const std::function<PlaceIndex()>& read) {
     try {
-      index_ = readPlaceIndex(folder_, atlas_);
+      index_ = read();
     } catch (const std::exception& error) {
       failed_[""] = error.what();  // it is made again
     }
-    for (std::size_t n = 0; n < atlas_.maps.size(); ++n) places_[atlas_.maps[n].name] = n;
   }
 
   bool completeIndex(const ProgressCallback& progress) {
@@ -111,7 +114,7 @@ class AtlasLocator::Impl {
       shelf_.makeRoom(shelf_.expected(map, bytes(options_.map_megabytes)), bytes(options_.memory_megabytes),
                       keep);
       try {
-        PlacedField placed = loadPlaced(folder_, map, options_.map_megabytes, true, options_.limits, {});
+        PlacedField placed = loadPlaced(files_, map, options_.map_megabytes, true, options_.limits, {});
         if (!placed.far) throw std::runtime_error("map '" + map.name + "' shows no surface");
         shelf_.put(std::move(placed));
         failed_.erase(map.name);
@@ -125,7 +128,7 @@ class AtlasLocator::Impl {
     return true;
   }
 
-  const std::string folder_;
+  const MapBytes files_;
   const Atlas atlas_;
   AtlasLocatorOptions options_;
   const std::vector<std::vector<std::size_t>> neighbours_;
@@ -136,8 +139,15 @@ class AtlasLocator::Impl {
   std::map<std::string, std::string> failed_;
 };
 
-AtlasLocator::AtlasLocator(std::string folder, Atlas atlas, const AtlasLocatorOptions& options)
-    : impl_(std::make_unique<Impl>(std::move(folder), std::move(atlas), options)) {}
+AtlasLocator::AtlasLocator(const std::string& folder, Atlas atlas, const AtlasLocatorOptions& options)
+    : impl_(std::make_unique<Impl>(mapFilesIn(folder), atlas, options)) {
+  impl_->useIndex([&] { return readPlaceIndex(folder, atlas); });
+}
+AtlasLocator::AtlasLocator(MapBytes files, Atlas atlas, const std::vector<std::uint8_t>& places,
+                           const AtlasLocatorOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(files), atlas, options)) {
+  if (!places.empty()) impl_->useIndex([&] { return fittingPlaces(deserializePlaces(places), atlas); });
+}
 AtlasLocator::~AtlasLocator() = default;
 bool AtlasLocator::completeIndex(const ProgressCallback& progress) { return impl_->completeIndex(progress); }
 const PlaceIndex& AtlasLocator::index() const { return impl_->index(); }

@@ -3,7 +3,7 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
@@ -54,9 +54,8 @@ std::string keyText(const AtlasMap& map) {
   std::string text = map.name + ' ' + map.map_id;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) {
-      char number[32];
-      std::snprintf(number, sizeof(number), " %.9g", map.T_atlas_map.matrix()(row, column));
-      text += number;
+      // Micrometres: a pose that came as a quaternion is the same pose.
+      text += ' ' + std::to_string(std::llround(1e6 * map.T_atlas_map.matrix()(row, column)));
     }
   }
   return text;
@@ -119,21 +118,24 @@ PlaceIndex deserializePlaces(const std::vector<std::uint8_t>& bytes) {
   return index;
 }
 
+PlaceIndex fittingPlaces(const PlaceIndex& index, const Atlas& atlas) {
+  PlaceIndex fitting;
+  const std::vector<std::uint32_t> keys = placeKeys(atlas);
+  for (std::size_t n = 0; n < atlas.maps.size(); ++n) {
+    const PlaceIndex::Entry* const map = index.find(atlas.maps[n].name);
+    if (map && map->key == keys[n]) fitting.put(*map);
+  }
+  return fitting;
+}
+
 PlaceIndex readPlaceIndex(const std::string& folder, const Atlas& atlas) {
   const std::string path = (std::filesystem::path(folder) / kPlaceIndexFile).string();
-  PlaceIndex fitting;
-  if (!std::filesystem::exists(path)) return fitting;
+  if (!std::filesystem::exists(path)) return PlaceIndex();
   try {
-    const PlaceIndex whole = deserializePlaces(readFile(path));
-    const std::vector<std::uint32_t> keys = placeKeys(atlas);
-    for (std::size_t n = 0; n < atlas.maps.size(); ++n) {
-      const PlaceIndex::Entry* const map = whole.find(atlas.maps[n].name);
-      if (map && map->key == keys[n]) fitting.put(*map);
-    }
+    return fittingPlaces(deserializePlaces(readFile(path)), atlas);
   } catch (const std::exception& error) {
     throw std::runtime_error("'" + path + "': " + error.what());
   }
-  return fitting;
 }
 
 void writePlaceIndex(const PlaceIndex& index, const std::string& folder) {

@@ -23,7 +23,10 @@ class AtlasLocator {
  public:
   /// Reads the index of the folder as far as it is there. Throws std::invalid_argument for an atlas or
   /// options that cannot be used.
-  AtlasLocator(std::string folder, Atlas atlas, const AtlasLocatorOptions& options = {});
+  AtlasLocator(const std::string& folder, Atlas atlas, const AtlasLocatorOptions& options = {});
+  /// Maps from anywhere; `places`: an index of places as places.bin holds it, may be empty.
+  AtlasLocator(MapBytes files, Atlas atlas, const std::vector<std::uint8_t>& places,
+               const AtlasLocatorOptions& options = {});
   ~AtlasLocator();
   AtlasLocator(const AtlasLocator&) = delete;
   AtlasLocator& operator=(const AtlasLocator&) = delete;

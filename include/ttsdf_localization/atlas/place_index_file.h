@@ -22,6 +22,9 @@ std::vector<std::uint8_t> serialize(const PlaceIndex& index);
 /// Throws std::runtime_error saying what is wrong with the bytes; no size in them is trusted.
 PlaceIndex deserializePlaces(const std::vector<std::uint8_t>& bytes);
 
+/// What of an index fits the atlas.
+PlaceIndex fittingPlaces(const PlaceIndex& index, const Atlas& atlas);
+
 /// The index of a folder as far as it fits the atlas; empty if there is no file. Throws std::runtime_error
 /// naming the file.
 PlaceIndex readPlaceIndex(const std::string& folder, const Atlas& atlas);

@@ -100,9 +100,10 @@ void LocalizationRos::subscribe() {
   };
   map_source_ =
       std::make_unique<MapSource>(scan_node_, options_.map, options_.localizer.registration, loaded, failed);
-  if (options_.map.map_source == "atlas") {
+  if (options_.map.map_source == "atlas" || options_.map.map_source == "atlas_server") {
     try {
-      atlas_source_ = std::make_unique<AtlasSource>(options_.map, options_.localizer, loaded, failed);
+      atlas_source_ =
+          std::make_unique<AtlasSource>(scan_node_, options_.map, options_.localizer, loaded, failed);
       pipeline_.setWiderSearch(
           {[this](const ScanPoints& points, const std::optional<Eigen::Vector3d>& gravity,
                   const ProgressCallback& progress) {
