@@ -4,6 +4,7 @@
 //        atlas_drive which ATLAS_FOLDER FRAMES_FOLDER [EVERY OFFSET]   (a line for each scan:
 //        ATLAS_DRIVE_SCANS=1) atlas_drive count ATLAS_FOLDER
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -26,6 +28,19 @@ namespace {
 
 using namespace ttsdf;  // NOLINT(google-build-using-namespace): a program of one file
 using Clock = std::chrono::steady_clock;
+
+/// Processor time of this thread [s], and how often it had to wait for something.
+struct ThreadUse {
+  double seconds = 0.0;
+  long waits = 0;
+};
+ThreadUse threadUse() {
+  rusage use{};
+  getrusage(RUSAGE_THREAD, &use);
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return {static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec), use.ru_nvcsw};
+}
 
 double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
@@ -76,7 +91,8 @@ void drive(const std::string& folder, const std::string& whole, const std::strin
   std::unique_ptr<Registration> in_atlas;
   Figures one, many;
   std::vector<double> between;
-  double longest_want = 0.0, most_memory = 0.0;
+  double longest_want = 0.0, longest_work = 0.0, most_memory = 0.0;
+  long waits = 0;
   int exchanges = 0, behind = 0;
   std::size_t most_bytes = 0;
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
@@ -86,9 +102,13 @@ void drive(const std::string& folder, const std::string& whole, const std::strin
     const ScanPoints scan = pointsOf(frames.depth(list[n]), frames.intrinsics());
     const Eigen::Vector3d velocity = n == 0 ? Eigen::Vector3d::Zero() : (truth.translation() - before).eval();
     before = truth.translation();
+    const ThreadUse before_want = threadUse();
     auto begin = Clock::now();
     loader.want(truth.translation(), velocity);  // a frame a second
     longest_want = std::max(longest_want, since(begin));
+    const ThreadUse after = threadUse();
+    longest_work = std::max(longest_work, after.seconds - before_want.seconds);
+    waits += after.waits - before_want.waits;
     if (n == 0) loader.waitUntilSettled(60.0);
     if (loader.field() != field) {
       field = loader.field();
@@ -116,9 +136,11 @@ void drive(const std::string& folder, const std::string& whole, const std::strin
   std::sort(between.begin(), between.end());
   std::printf("between the two: median %.2f mm\n", 1e3 * between[between.size() / 2]);
   std::printf(
-      "%d fields, longest want() %.3f ms, behind in %d scans, maps in memory at most %.1f MB, process %.1f "
+      "%d fields, longest want() %.3f ms, of that %.3f ms its own work at the most, waits %ld, behind in %d "
+      "scans, maps in memory at most %.1f MB, process %.1f "
       "MB\n",
-      exchanges, 1e3 * longest_want, behind, static_cast<double>(most_bytes) / 1048576.0, most_memory);
+      exchanges, 1e3 * longest_want, 1e3 * longest_work, waits, behind,
+      static_cast<double>(most_bytes) / 1048576.0, most_memory);
 }
 
 /// Maps in memory, each with those that overlap with it.
