@@ -50,8 +50,12 @@ AtlasSource::AtlasSource(ros::NodeHandle& node, const MapSourceOptions& options,
       failed_);
 }
 
+void AtlasSource::stop() {
+  if (client_) client_->stop();
+}
+
 AtlasSource::~AtlasSource() {
-  if (client_) client_->stop();  // the loader may be waiting for it
+  stop();  // the loader may be waiting for an answer
   std::shared_ptr<AtlasLoader> loader;
   {
     const std::lock_guard<std::mutex> lock(mutex_);

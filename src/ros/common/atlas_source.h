@@ -24,6 +24,8 @@ class AtlasSource {
   AtlasSource(ros::NodeHandle& node, const MapSourceOptions& options, const LocalizerOptions& localizer,
               MapSource::LoadedCallback loaded, MapSource::FailedCallback failed);
   ~AtlasSource();
+  /// Ends calls to a server that run, and makes no more: nobody waits for one that hangs.
+  void stop();
 
   /// Where the robot is, several times a second; the velocity follows from that. Returns at once.
   void want(const Eigen::Vector3d& position);

@@ -69,6 +69,7 @@ LocalizationRos::~LocalizationRos() {
   for (const auto& spinner : spinners_) spinner->stop();
   scans_.reset();
   map_source_.reset();
+  if (atlas_source_) atlas_source_->stop();
   pipeline_.setWiderSearch({});  // it uses the source
   atlas_source_.reset();
   if (std::optional<PoseGuess> pose = pipeline_.trackedPose()) pose_saver_.put(std::move(*pose));
