@@ -1,7 +1,10 @@
 // A drive through an atlas against one map of the whole, and what the number of maps costs.
 //
-// usage: atlas_drive ATLAS_FOLDER WHOLE_MAP.ttsdf FRAMES_FOLDER [MEGABYTES]
+// usage: atlas_drive drive ATLAS_FOLDER WHOLE_MAP.ttsdf FRAMES_FOLDER [MEGABYTES]
+//        atlas_drive which ATLAS_FOLDER FRAMES_FOLDER [EVERY OFFSET]   (a line for each scan:
+//        ATLAS_DRIVE_SCANS=1) atlas_drive count ATLAS_FOLDER
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,6 +12,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -24,6 +28,19 @@ namespace {
 
 using namespace ttsdf;  // NOLINT(google-build-using-namespace): a program of one file
 using Clock = std::chrono::steady_clock;
+
+/// Processor time of this thread [s], and how often it had to wait for something.
+struct ThreadUse {
+  double seconds = 0.0;
+  long waits = 0;
+};
+ThreadUse threadUse() {
+  rusage use{};
+  getrusage(RUSAGE_THREAD, &use);
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return {static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec), use.ru_nvcsw};
+}
 
 double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
@@ -74,7 +91,8 @@ void drive(const std::string& folder, const std::string& whole, const std::strin
   std::unique_ptr<Registration> in_atlas;
   Figures one, many;
   std::vector<double> between;
-  double longest_want = 0.0, most_memory = 0.0;
+  double longest_want = 0.0, longest_work = 0.0, most_memory = 0.0;
+  long waits = 0;
   int exchanges = 0, behind = 0;
   std::size_t most_bytes = 0;
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
@@ -84,9 +102,13 @@ void drive(const std::string& folder, const std::string& whole, const std::strin
     const ScanPoints scan = pointsOf(frames.depth(list[n]), frames.intrinsics());
     const Eigen::Vector3d velocity = n == 0 ? Eigen::Vector3d::Zero() : (truth.translation() - before).eval();
     before = truth.translation();
+    const ThreadUse before_want = threadUse();
     auto begin = Clock::now();
     loader.want(truth.translation(), velocity);  // a frame a second
     longest_want = std::max(longest_want, since(begin));
+    const ThreadUse after = threadUse();
+    longest_work = std::max(longest_work, after.seconds - before_want.seconds);
+    waits += after.waits - before_want.waits;
     if (n == 0) loader.waitUntilSettled(60.0);
     if (loader.field() != field) {
       field = loader.field();
@@ -114,58 +136,108 @@ void drive(const std::string& folder, const std::string& whole, const std::strin
   std::sort(between.begin(), between.end());
   std::printf("between the two: median %.2f mm\n", 1e3 * between[between.size() / 2]);
   std::printf(
-      "%d fields, longest want() %.3f ms, behind in %d scans, maps in memory at most %.1f MB, process %.1f "
+      "%d fields, longest want() %.3f ms, of that %.3f ms its own work at the most, waits %ld, behind in %d "
+      "scans, maps in memory at most %.1f MB, process %.1f "
       "MB\n",
-      exchanges, 1e3 * longest_want, behind, static_cast<double>(most_bytes) / 1048576.0, most_memory);
+      exchanges, 1e3 * longest_want, 1e3 * longest_work, waits, behind,
+      static_cast<double>(most_bytes) / 1048576.0, most_memory);
 }
 
+/// Maps in memory, each with those that overlap with it.
+class MapsInMemory {
+ public:
+  explicit MapsInMemory(const std::string& folder)
+      : atlas_(readAtlas(folder)), neighbours_(atlas_.neighbours()) {
+    for (const AtlasMap& entry : atlas_.maps) {
+      PlacedField map;
+      map.name = entry.name;
+      map.T_atlas_map = entry.T_atlas_map;
+      map.field = makeField(loadMap(mapPath(folder, entry)));
+      map.far = makeLongRangeField(*map.field);
+      map.field->warmUp();
+      maps_.push_back(std::move(map));
+    }
+  }
+  const Atlas& atlas() const { return atlas_; }
+  std::vector<PlacedField> around(const std::string& name) const {
+    std::vector<PlacedField> result;
+    for (std::size_t n = 0; n < maps_.size(); ++n) {
+      if (maps_[n].name != name) continue;
+      result.push_back(maps_[n]);
+      for (const std::size_t m : neighbours_[n]) result.push_back(maps_[m]);
+    }
+    return result;
+  }
+
+ private:
+  Atlas atlas_;
+  std::vector<std::vector<std::size_t>> neighbours_;
+  std::vector<PlacedField> maps_;
+};
+
 /// Scans without a prior: which map, and where.
-void whichMap(const std::string& folder, const std::string& frames_folder, int offset) {
+void whichMap(const std::string& folder, const std::string& frames_folder, int every, int offset) {
+  constexpr double kRight = 0.05;  // [m]
   const FrameFolder frames(frames_folder);
-  const Atlas atlas = readAtlas(folder);
-  std::map<std::string, PlacedField> maps;
+  const MapsInMemory maps(folder);
+  const Atlas& atlas = maps.atlas();
   PlaceIndex index;
   auto begin = Clock::now();
-  for (const AtlasMap& entry : atlas.maps) {
-    PlacedField map;
-    map.name = entry.name;
-    map.T_atlas_map = entry.T_atlas_map;
-    map.field = makeField(loadMap(mapPath(folder, entry)));
-    map.far = makeLongRangeField(*map.field);
-    index.add(map);
-    maps[entry.name] = map;
-  }
-  std::printf("index: %zu places, %zu bytes, maps and index made in %.1f s\n", index.placeCount(),
-              index.memoryBytes(), since(begin));
-  int right = 0, wrong = 0, ambiguous = 0, unsure = 0, holding_first = 0, scans = 0;
-  AtlasSearchOptions options;
-  options.max_maps = static_cast<int>(atlas.maps.size());
-  begin = Clock::now();
-  for (const FrameEntry& frame : frames.select(14, offset)) {
+  for (const AtlasMap& entry : atlas.maps) index.add(maps.around(entry.name));
+  std::printf("index: %zu places, %zu bytes, made in %.1f s\n", index.placeCount(), index.memoryBytes(),
+              since(begin));
+  std::map<std::string, int> outcomes;
+  std::vector<double> seconds;
+  int right = 0, wrong = 0, first = 0, scans = 0, excluded = 0, left = 0;
+  const AtlasSearchOptions options;
+  for (const FrameEntry& frame : frames.select(every, offset)) {
     const Eigen::Isometry3d truth = frames.pose(frame);
     const ScanPoints scan = pointsOf(frames.depth(frame), frames.intrinsics());
     const Eigen::Vector3d down = truth.linear().transpose() * -Eigen::Vector3d::UnitZ();
     ++scans;
     const auto ranked = index.rank(scan, down);
-    holding_first += atlas.find(ranked.front().map)->box().depth(truth.translation()) > 0.0 ? 1 : 0;
+    double best_holding = 1.0;
+    for (const auto& one : ranked) {
+      left += one.difference < options.excluded_difference ? 1 : 0;
+      if (atlas.find(one.map)->box().depth(truth.translation()) > 0.0)
+        best_holding = std::min(best_holding, one.difference);
+    }
+    first += best_holding == ranked.front().difference ? 1 : 0;
+    excluded += best_holding >= options.excluded_difference ? 1 : 0;
+    begin = Clock::now();
     const AtlasLocation found = locateInAtlas(
-        index, [&](const std::string& name) { return maps.at(name); }, scan, down, options);
-    if (found.success) {
-      const double error = poseError(truth, found.candidates.front().T_atlas_sensor).translation;
-      (error < 0.1 ? right : wrong) += 1;
-      if (error >= 0.1) {
-        std::printf("wrong by %.2f m: score %.3f, the next place %.3f\n", error, found.candidates[0].score(),
-                    found.candidates.size() > 1 ? found.candidates[1].score() : 1.0);
-      }
-    } else {
-      (found.reason == TerminationReason::kAmbiguous ? ambiguous : unsure) += 1;
+        index, [&](const std::string& name) { return maps.around(name); }, scan, down, options);
+    seconds.push_back(since(begin));
+    const double error = found.candidates.empty()
+                             ? INFINITY
+                             : poseError(truth, found.candidates.front().T_atlas_sensor).translation;
+    if (std::getenv("ATLAS_DRIVE_SCANS")) {
+      std::printf(
+          "%s %s: score %.3f, next %.3f, confidence %.2f, %.3f m off; index: best %.2f, of the right map "
+          "%.2f\n",
+          std::to_string(frame.index).c_str(), name(found.reason),
+          found.candidates.empty() ? 1.0 : found.candidates[0].score(),
+          found.candidates.size() > 1 ? found.candidates[1].score() : 1.0,
+          found.candidates.empty() ? 0.0 : found.candidates[0].result.confidence, error,
+          ranked.front().difference, best_holding);
+    }
+    if (!found.success) {
+      ++outcomes[name(found.reason)];
+      continue;
+    }
+    (error < kRight ? right : wrong) += 1;
+    if (error >= kRight) {
+      std::printf("wrong by %.2f m: score %.3f, the next place %.3f\n", error, found.candidates[0].score(),
+                  found.candidates.size() > 1 ? found.candidates[1].score() : 1.0);
     }
   }
+  std::sort(seconds.begin(), seconds.end());
+  std::printf("which map: %d scans, %d within 5 cm, %d accepted further off", scans, right, wrong);
+  for (const auto& [reason, count] : outcomes) std::printf(", %d %s", count, reason.c_str());
+  std::printf("; %.2f s a scan (median), %.2f s at the most\n", seconds[seconds.size() / 2], seconds.back());
   std::printf(
-      "which map: %d scans, %d within 10 cm, %d wrong, %d ambiguous, %d refused; %.2f s a scan; the index's "
-      "first map "
-      "holds the camera in %d\n",
-      scans, right, wrong, ambiguous, unsure, since(begin) / scans, holding_first);
+      "the index's first map holds the camera in %d, excludes the right one in %d, leaves %.1f maps\n", first,
+      excluded, static_cast<double>(left) / scans);
   std::fflush(stdout);
 }
 
@@ -220,12 +292,20 @@ void countMaps(const std::string& folder) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 4) {
-    std::fprintf(stderr, "usage: atlas_drive ATLAS_FOLDER WHOLE_MAP.ttsdf FRAMES_FOLDER [MEGABYTES]\n");
+  const std::string what = argc > 1 ? argv[1] : "";
+  const auto number = [&](int n, double otherwise) { return argc > n ? std::atof(argv[n]) : otherwise; };
+  if (what == "drive" && argc > 4) {
+    drive(argv[2], argv[3], argv[4], number(5, 8.0));
+  } else if (what == "which" && argc > 3) {
+    whichMap(argv[2], argv[3], static_cast<int>(number(4, 7)), static_cast<int>(number(5, 3)));
+  } else if (what == "count" && argc > 2) {
+    countMaps(argv[2]);
+  } else {
+    std::fprintf(stderr,
+                 "usage: atlas_drive drive ATLAS_FOLDER WHOLE_MAP.ttsdf FRAMES_FOLDER [MEGABYTES]\n"
+                 "       atlas_drive which ATLAS_FOLDER FRAMES_FOLDER [EVERY OFFSET]\n"
+                 "       atlas_drive count ATLAS_FOLDER\n");
     return 2;
   }
-  drive(argv[1], argv[2], argv[3], argc > 4 ? std::atof(argv[4]) : 8.0);
-  for (const int offset : {3, 7, 10}) whichMap(argv[1], argv[3], offset);
-  countMaps(argv[1]);
   return 0;
 }

@@ -12,8 +12,12 @@ ttsdf_library(ttsdf_atlas
     src/atlas/atlas_far_field.cpp
     src/atlas/map_ranking.cpp
     src/atlas/map_shelf.cpp
+    src/atlas/map_difference.cpp
     src/atlas/atlas_loader.cpp
     src/atlas/place_index.cpp
+    src/atlas/place_index_file.cpp
+    src/atlas/search_window.cpp
     src/atlas/atlas_search.cpp
+    src/atlas/atlas_locator.cpp
   PUBLIC ttsdf_core
-  PRIVATE ttsdf_yaml Threads::Threads)
+  PRIVATE ttsdf_yaml ZLIB::ZLIB Threads::Threads)

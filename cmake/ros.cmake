@@ -74,6 +74,8 @@ ttsdf_ros_library(ttsdf_ros
     src/ros/common/pose_store.cpp
     src/ros/common/gravity_hint.cpp
     src/ros/common/map_source.cpp
+    src/ros/common/atlas_client.cpp
+    src/ros/common/atlas_messages.cpp
     src/ros/common/atlas_source.cpp
     src/ros/common/scan_queue.cpp
     src/ros/common/scan_localizer.cpp
@@ -105,20 +107,29 @@ ttsdf_ros_test_program(make_room_map make_room_map.cpp ttsdf_compression)
 if(TARGET make_room_map)
   set(TTSDF_TEST_MAPS "${CMAKE_CURRENT_BINARY_DIR}/test_maps")
   add_custom_command(OUTPUT "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf"
-    COMMAND ${CMAKE_COMMAND} -E make_directory "${TTSDF_TEST_MAPS}"
+    COMMAND ${CMAKE_COMMAND} -E make_directory "${TTSDF_TEST_MAPS}/hall" "${TTSDF_TEST_MAPS}/twins"
     COMMAND make_room_map "${TTSDF_TEST_MAPS}/room.ttsdf" 40
     COMMAND make_room_map "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf" 25
+    COMMAND make_room_map "${TTSDF_TEST_MAPS}/hall/hall.ttsdf" 40 0.05 hall
+    COMMAND make_room_map "${TTSDF_TEST_MAPS}/hall/room.ttsdf" 40 0.05 room 30
+    COMMAND ${CMAKE_COMMAND} -E copy "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/twins/room.ttsdf"
+    COMMAND make_room_map "${TTSDF_TEST_MAPS}/twins/twin.ttsdf" 40 0.05 room 30
     DEPENDS make_room_map VERBATIM)
   add_custom_target(test_maps DEPENDS "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf")
   # Both maps as an atlas, in Autoware's form.
   file(WRITE "${TTSDF_TEST_MAPS}/atlas.yaml"
     "x_resolution: 10\ny_resolution: 10\nroom.ttsdf: [0, 0]\nroom_rank_25.ttsdf: [0, 0]\n")
+  # The room behind a hall, and the room with a twin.
+  file(WRITE "${TTSDF_TEST_MAPS}/hall/atlas.yaml"
+    "x_resolution: 10\ny_resolution: 10\nhall.ttsdf: [0, 0]\nroom.ttsdf: [30, 0]\n")
+  file(WRITE "${TTSDF_TEST_MAPS}/twins/atlas.yaml"
+    "x_resolution: 10\ny_resolution: 10\nroom.ttsdf: [0, 0]\ntwin.ttsdf: [30, 0]\n")
   add_dependencies(tests test_maps)
 endif()
 # Every behaviour is asked of the nodelet; the node is a twin of few lines, and is asked one.
 foreach(behaviour
     localization no_odometry external_prior tf_output missing_transforms bad_clouds map_change initialpose time_jump lost
-    quiet traps map_sources start_pose atlas)
+    quiet traps map_sources start_pose atlas atlas_global)
   ttsdf_rostest(${behaviour}.test DEPENDS test_maps ttsdf_localization_nodelet
     ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=true)
 endforeach()
@@ -155,16 +166,20 @@ ttsdf_rostest(live_parameters.test SOURCE live_parameters_node_test.cpp LIBS tts
 # ---- map server ------------------------------------------------------------------------------------------------------
 ttsdf_ros_library(ttsdf_map_server
   SOURCES
+    src/ros/server/atlas_server_ros.cpp
     src/ros/server/map_publisher.cpp
     src/ros/server/map_server_ros.cpp
     src/ros/server/planner_output.cpp
-  LIBS ttsdf_ros ttsdf_occupancy)
+  LIBS ttsdf_ros ttsdf_atlas ttsdf_occupancy)
 ttsdf_node(map_server_node SOURCES src/nodes/map_server_node.cpp LIBS ttsdf_map_server)
 
 ttsdf_rostest(map_server.test SOURCE map_server_test.cpp LIBS ttsdf_ros ttsdf_compression DEPENDS map_server_node)
 if(TARGET ros_map_server_test)
   target_compile_definitions(ros_map_server_test PRIVATE MAP_SERVER_NODE="$<TARGET_FILE:map_server_node>")
 endif()
+
+ttsdf_rostest(atlas_server.test DEPENDS test_maps ttsdf_localization_nodelet map_server_node
+  ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=true)
 
 # ---- operator's menu in rviz -------------------------------------------------------------------------------------------
 find_package(interactive_markers REQUIRED)

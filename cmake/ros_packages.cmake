@@ -6,6 +6,9 @@ find_package(catkin REQUIRED COMPONENTS
 
 add_message_files(DIRECTORY msg FILES
   TtSdfMap.msg
+  AtlasMapInfo.msg
+  AtlasInfo.msg
+  AtlasMapFile.msg
   LocalizationStatus.msg
   MapReport.msg
   BuildProgress.msg)
@@ -18,7 +21,9 @@ add_service_files(DIRECTORY srv FILES
   GlobalLocalization.srv
   BuildMap.srv
   SaveMap.srv
-  QueryDistances.srv)
+  QueryDistances.srv
+  GetDifferentialMap.srv
+  GetSelectedMaps.srv)
 
 generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 

@@ -45,7 +45,9 @@ ttsdf_tool(ttsdf_query SOURCES src/tools/ttsdf_query.cpp LIBS ttsdf_tools)
 ttsdf_tool(ttsdf_convert SOURCES src/tools/ttsdf_convert.cpp LIBS ttsdf_tools ttsdf_mapping)
 # The program ttsdf_atlas; the library has the target of this name.
 ttsdf_tool(ttsdf_atlas_tool
-  SOURCES src/tools/ttsdf_atlas.cpp src/tools/atlas_build.cpp src/tools/atlas_edit.cpp src/tools/atlas_show.cpp
+  SOURCES src/tools/ttsdf_atlas.cpp src/tools/atlas_build.cpp src/tools/atlas_edit.cpp src/tools/atlas_index.cpp
+          src/tools/finished_cells.cpp
+          src/tools/atlas_show.cpp
     src/tools/build_sources.cpp
   LIBS ttsdf_tools ttsdf_atlas ttsdf_mapping ttsdf_exports)
 set_target_properties(ttsdf_atlas_tool PROPERTIES OUTPUT_NAME ttsdf_atlas)

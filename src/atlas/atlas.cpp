@@ -119,8 +119,13 @@ void check(const Atlas& atlas) {
 }
 
 std::string mapPath(const std::string& folder, const AtlasMap& map) {
-  const std::filesystem::path home = std::filesystem::absolute(folder);
+  // The folder itself may be named in any way, '..' included; the map's file may not.
+  const std::filesystem::path home = std::filesystem::weakly_canonical(folder);
   return pathInFolder("map '" + map.name + "'", (home / map.file).string(), home.string());
+}
+
+MapBytes mapFilesIn(const std::string& folder) {
+  return [folder](const AtlasMap& map) { return readFile(mapPath(folder, map)); };
 }
 
 AtlasMap describeMap(const std::string& name, const std::string& file, const std::vector<std::uint8_t>& bytes,

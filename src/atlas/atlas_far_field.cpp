@@ -34,6 +34,10 @@ void AtlasField::Far::evaluatePiece(const PointSpan& points, const SampleSpan& s
     nearest[n] = nullptr;
     giveNothing(samples, begin + n);
   }
+  Eigen::AlignedBox3f bounds;
+  for (int n = 0; n < size; ++n) {
+    if (p[n].allFinite()) bounds.extend(p[n]);
+  }
   AtlasBatch batch;
   const auto answer = [&](const AtlasMember& member) {
     if (batch.size == 0) return;
@@ -47,7 +51,7 @@ void AtlasField::Far::evaluatePiece(const PointSpan& points, const SampleSpan& s
     }
   };
   for (const AtlasMember& member : members_->members) {
-    if (!member.far) continue;
+    if (!member.far || !member.bounds.intersects(bounds)) continue;  // most of many maps are elsewhere
     batch.size = 0;
     for (int n = 0; n < size; ++n) {
       const float depth = member.depth(p[n]);
@@ -55,6 +59,14 @@ void AtlasField::Far::evaluatePiece(const PointSpan& points, const SampleSpan& s
       if (depth >= 0.0F) batch.add(member, n, p[n]);
     }
     answer(member);
+  }
+  if (std::none_of(deepest, deepest + size, [](float depth) { return depth < 0.0F; })) return;
+  for (const AtlasMember& member : members_->members) {
+    if (!member.far || member.bounds.intersects(bounds)) continue;
+    for (int n = 0; n < size; ++n) {
+      const float depth = deepest[n] < 0.0F ? member.depth(p[n]) : deepest[n];
+      if (depth > deepest[n]) deepest[n] = depth, nearest[n] = &member;
+    }
   }
   for (const AtlasMember& member : members_->members) {
     batch.size = 0;

@@ -142,6 +142,27 @@ void AtlasField::warmUp(const KeepGoing& keep_going) const {
   for (const PlacedField& map : members_->maps) map.field->warmUp(keep_going);
 }
 
+void AtlasField::prepare(const PointSpan& points) const {
+  struct Coordinates {
+    std::vector<float> x, y, z;
+  };
+  std::vector<Coordinates> of_member(members_->members.size());
+  for (int n = 0; n < points.size; ++n) {
+    const Eigen::Vector3f p(points.x[n], points.y[n], points.z[n]);
+    const int deepest = members_->deepest(p);
+    if (deepest < 0) continue;
+    const auto m = static_cast<std::size_t>(deepest);
+    const Eigen::Vector3f q = members_->members[m].T_field_atlas * p;
+    of_member[m].x.push_back(q.x()), of_member[m].y.push_back(q.y()), of_member[m].z.push_back(q.z());
+  }
+  for (std::size_t m = 0; m < of_member.size(); ++m) {
+    const Coordinates& some = of_member[m];
+    if (some.x.empty()) continue;
+    members_->members[m].field->prepare(
+        PointSpan{some.x.data(), some.y.data(), some.z.data(), static_cast<int>(some.x.size())});
+  }
+}
+
 std::shared_ptr<const DistanceField> AtlasField::farField() const {
   const auto& maps = members_->maps;
   if (std::none_of(maps.begin(), maps.end(), [](const PlacedField& map) { return map.far != nullptr; }))

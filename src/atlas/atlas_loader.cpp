@@ -52,8 +52,8 @@ class AtlasLoader::Impl {
   };
 
  public:
-  Impl(std::string folder, Atlas atlas, const AtlasLoaderOptions& options, Changed changed)
-      : folder_(std::move(folder)),
+  Impl(MapBytes files, Atlas atlas, const AtlasLoaderOptions& options, Changed changed)
+      : files_(std::move(files)),
         options_((check(options), options)),
         changed_(std::move(changed)),
         edition_(std::make_shared<const Edition>(std::move(atlas))),
@@ -210,7 +210,7 @@ class AtlasLoader::Impl {
     };
     try {
       PlacedField placed =
-          loadPlaced(folder_, map, options_.map_megabytes, options_.long_range, options_.limits, keep_going);
+          loadPlaced(files_, map, options_.map_megabytes, options_.long_range, options_.limits, keep_going);
       failures_.erase(map.name);
       shelf_.put(std::move(placed));
       const std::size_t bytes = shelf_.expected(map, 0);
@@ -253,12 +253,14 @@ class AtlasLoader::Impl {
     used_.clear();
     used_.insert(status.in_use.begin(), status.in_use.end());
     const bool changed = editions != used_editions_ || edition_used_ != task.edition;
-    std::shared_ptr<const AtlasField> field;
+    std::shared_ptr<const AtlasField> field, before;
     if (changed && !maps.empty()) field = std::make_shared<const AtlasField>(std::move(maps));
     {
+      // What was there goes after the lock: letting maps go takes milliseconds, and want() comes from the
+      // scans.
       const std::lock_guard<std::mutex> lock(mutex_);
-      status_ = std::move(status);
-      if (changed) field_ = field;
+      std::swap(status_, status);
+      if (changed) before = std::exchange(field_, field);
     }
     const bool first_nothing = changed && editions.empty() && used_editions_.empty();
     used_editions_ = std::move(editions);
@@ -303,7 +305,7 @@ class AtlasLoader::Impl {
     settled_.notify_all();
   }
 
-  const std::string folder_;
+  const MapBytes files_;
   const AtlasLoaderOptions options_;
   const Changed changed_;
 
@@ -327,8 +329,11 @@ class AtlasLoader::Impl {
   std::thread thread_;
 };
 
-AtlasLoader::AtlasLoader(std::string folder, Atlas atlas, const AtlasLoaderOptions& options, Changed changed)
-    : impl_(std::make_unique<Impl>(std::move(folder), std::move(atlas), options, std::move(changed))) {}
+AtlasLoader::AtlasLoader(MapBytes files, Atlas atlas, const AtlasLoaderOptions& options, Changed changed)
+    : impl_(std::make_unique<Impl>(std::move(files), std::move(atlas), options, std::move(changed))) {}
+AtlasLoader::AtlasLoader(const std::string& folder, Atlas atlas, const AtlasLoaderOptions& options,
+                         Changed changed)
+    : AtlasLoader(mapFilesIn(folder), std::move(atlas), options, std::move(changed)) {}
 AtlasLoader::~AtlasLoader() = default;
 void AtlasLoader::want(const Eigen::Vector3d& position, const Eigen::Vector3d& velocity) {
   impl_->want({position, velocity});

@@ -1,19 +1,28 @@
 #include "atlas_members.h"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
-#include "ttsdf_localization/atlas/oriented_box.h"
-
 namespace ttsdf {
-
-namespace {
 
 OrientedBox boxInAtlas(const PlacedField& map) {
   const GridGeometry& g = map.field->geometry();
   return {map.T_atlas_map * inMapFrame(g, g.T_map_grid), g.voxel_size * (g.dims - 1).cast<double>().matrix()};
 }
+
+std::size_t deepestOf(const std::vector<PlacedField>& maps, const Eigen::Vector3d& p_atlas) {
+  std::size_t best = 0;
+  double depth = -std::numeric_limits<double>::infinity();
+  for (std::size_t n = 0; n < maps.size(); ++n) {
+    const double here = boxInAtlas(maps[n]).depth(p_atlas);
+    if (here > depth) depth = here, best = n;
+  }
+  return best;
+}
+
+namespace {
 
 void checkPlaced(const std::vector<PlacedField>& maps) {
   if (maps.empty()) throw std::invalid_argument("atlas field: got no maps, wanted at least one");
@@ -55,6 +64,17 @@ AtlasField::Members::Members(std::vector<PlacedField> placed) : maps(std::move(p
     members.push_back({map.field.get(), map.far.get(), T_field_atlas.cast<float>(), T_box_atlas.cast<float>(),
                        box.size.cast<float>(), bounds.cast<float>()});
   }
+}
+
+int AtlasField::Members::deepest(const Eigen::Vector3f& p) const {
+  int best = -1;
+  float depth = -1.0F;
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    const float here = members[m].depth(p);
+    // Written so that NaN is no support.
+    if (here >= 0.0F && here > depth) depth = here, best = static_cast<int>(m);
+  }
+  return best;
 }
 
 }  // namespace ttsdf

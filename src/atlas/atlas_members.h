@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "ttsdf_localization/atlas/atlas_field.h"
+#include "ttsdf_localization/atlas/oriented_box.h"
 
 namespace ttsdf {
 
@@ -59,9 +60,17 @@ inline void giveNothing(const SampleSpan& samples, int n) {
   samples.state[n] = PointState::kOutside;
 }
 
+/// What a map answers for, in the atlas' frame.
+OrientedBox boxInAtlas(const PlacedField& map);
+/// Index of the map whose border is furthest from a place, inside before outside; the first of equals.
+std::size_t deepestOf(const std::vector<PlacedField>& maps, const Eigen::Vector3d& p_atlas);
+
 class AtlasField::Members {
  public:
   explicit Members(std::vector<PlacedField> placed);
+
+  /// The member that holds a point deepest, the first of equals; -1: none holds it.
+  int deepest(const Eigen::Vector3f& p) const;
 
   std::vector<PlacedField> maps;
   std::vector<AtlasMember> members;

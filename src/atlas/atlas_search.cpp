@@ -1,28 +1,70 @@
 #include "ttsdf_localization/atlas/atlas_search.h"
 
 #include <algorithm>
+#include <memory>
+
+#include "atlas_members.h"
+#include "search_window.h"
 
 namespace ttsdf {
 
 namespace {
 
-/// The best pose of one map, and the runner-up if that map has a twin place in itself.
-void searchMap(const PlacedField& map, const ScanPoints& points, const Eigen::Vector3d& down_sensor,
-               const AtlasSearchOptions& options, const ProgressCallback& progress,
-               std::vector<AtlasCandidate>& found) {
-  Registration registration(map.field, options.registration, map.far);
-  const Eigen::Vector3d map_down = map.T_atlas_map.linear().transpose() * -Eigen::Vector3d::UnitZ();
+/// Maps that are searched at once, and those around them.
+struct SearchArea {
+  std::vector<PlacedField> maps;  ///< those that are searched first
+  std::size_t searched = 0;
+};
+
+bool holds(const std::vector<PlacedField>& maps, const std::string& name) {
+  return std::any_of(maps.begin(), maps.end(), [&](const PlacedField& map) { return map.name == name; });
+}
+
+/// Takes the first of `names` and as many of its neighbours among them as may be searched with it. Nothing is
+/// searched if the first one cannot be used.
+SearchArea takeArea(std::vector<std::string>& names, const MapsAround& maps, int most) {
+  SearchArea area;
+  std::vector<PlacedField> beside;
+  std::vector<std::string> next{names.front()};
+  for (std::size_t n = 0; n < next.size() && n < static_cast<std::size_t>(std::max(1, most)); ++n) {
+    const std::vector<PlacedField> around = maps(next[n]);
+    if (around.empty() && n > 0) continue;  // comes again as the first one
+    names.erase(std::find(names.begin(), names.end(), next[n]));
+    if (around.empty()) return area;
+    area.maps.push_back(around.front());
+    for (std::size_t k = 1; k < around.size(); ++k) {
+      const std::string& name = around[k].name;
+      if (!holds(beside, name)) beside.push_back(around[k]);
+      const bool wanted = std::find(names.begin(), names.end(), name) != names.end();
+      if (wanted && std::find(next.begin(), next.end(), name) == next.end()) next.push_back(name);
+    }
+  }
+  area.searched = area.maps.size();
+  for (PlacedField& map : beside) {
+    if (!holds(area.maps, map.name)) area.maps.push_back(std::move(map));
+  }
+  return area;
+}
+
+/// The best pose that starts in an area lead to, and the runner-up if that is a twin.
+void searchArea(const SearchArea& area, const ScanPoints& points,
+                const std::optional<Eigen::Vector3d>& down_sensor, const AtlasSearchOptions& options,
+                const ProgressCallback& progress, std::vector<AtlasCandidate>& found) {
+  const auto field = std::make_shared<const AtlasField>(area.maps);
+  Registration registration(std::make_shared<const SearchWindow>(field, area.searched), options.registration,
+                            field->farField());
   AtlasCandidate best;
-  best.map = map.name;
-  best.result = localizeGlobally(registration, points, down_sensor, map_down, options.global, progress);
-  best.T_atlas_sensor = map.T_atlas_map * best.result.T_map_sensor;
+  best.result = localizeGlobally(registration, points, down_sensor, -Eigen::Vector3d::UnitZ(), options.global,
+                                 progress);
+  best.T_atlas_sensor = best.result.T_map_sensor;
+  best.map = area.maps[deepestOf(area.maps, best.T_atlas_sensor.translation())].name;
   found.push_back(best);
   if (best.result.reason != TerminationReason::kAmbiguous) return;
   AtlasCandidate other = best;
-  other.result.T_map_sensor = best.result.T_map_runner_up;
+  other.T_atlas_sensor = other.result.T_map_sensor = best.result.T_map_runner_up;
+  other.map = area.maps[deepestOf(area.maps, other.T_atlas_sensor.translation())].name;
   other.result.score = best.result.runner_up_score;
   other.result.blocked_ratio = 0.0;  // it is in the runner-up's score
-  other.T_atlas_sensor = map.T_atlas_map * best.result.T_map_runner_up;
   found.push_back(other);
 }
 
@@ -43,44 +85,88 @@ std::vector<AtlasCandidate> distinct(std::vector<AtlasCandidate> found, double s
 
 }  // namespace
 
-AtlasLocation locateInAtlas(const PlaceIndex& index, const MapByName& maps, const ScanPoints& points,
-                            const Eigen::Vector3d& down_sensor, const AtlasSearchOptions& options,
-                            const ProgressCallback& progress) {
+namespace {
+
+/// What the candidates of all maps say together: a map's own answer knows nothing of its twins elsewhere.
+/// `all_searched`: no map was left out that may hold the scan.
+void settleLocation(const AtlasSearchOptions& options, bool all_searched, AtlasLocation& location) {
+  const auto& list = location.candidates;
+  const RegistrationResult& best = list[0].result;
+  const bool alike = list.size() > 1 && list[1].score() - list[0].score() < options.min_margin;
+  location.reason = best.reason;
+  if (!best.success) return;
+  if (list[0].score() > options.max_score) {
+    location.reason = TerminationReason::kLowScore;
+  } else if (alike) {
+    location.reason = TerminationReason::kAmbiguous;
+  } else if (!all_searched) {
+    location.reason = TerminationReason::kUnsure;
+  } else {
+    location.reason = TerminationReason::kConverged;
+    location.success = true;
+  }
+}
+
+/// Maps to be searched, and whether these are all that may hold the scan.
+struct SearchPlan {
+  std::vector<std::string> names;
+  bool complete = true;
+};
+
+SearchPlan planOf(const PlaceIndex& index, const ScanPoints& points,
+                  const std::optional<Eigen::Vector3d>& down, const AtlasSearchOptions& options,
+                  const std::vector<std::string>& unknown) {
+  SearchPlan plan;
+  const auto add = [&](const std::string& name) {
+    if (plan.names.size() < static_cast<std::size_t>(std::max(1, options.max_maps))) {
+      plan.names.push_back(name);
+    } else {
+      plan.complete = false;
+    }
+  };
+  if (!down) {
+    for (const PlaceIndex::Entry& map : index.maps()) add(map.name);
+  } else {
+    for (const PlaceIndex::Ranked& one : index.rank(points, *down)) {
+      if (!plan.names.empty() && one.difference >= options.excluded_difference) break;
+      add(one.map);
+    }
+  }
+  for (const std::string& name : unknown) add(name);
+  return plan;
+}
+
+}  // namespace
+
+AtlasLocation locateInAtlas(const PlaceIndex& index, const MapsAround& maps, const ScanPoints& points,
+                            const std::optional<Eigen::Vector3d>& down_sensor,
+                            const AtlasSearchOptions& options, const ProgressCallback& progress,
+                            const std::vector<std::string>& unknown) {
   AtlasLocation location;
-  const auto ranked = index.rank(points, down_sensor);
-  const std::size_t count = std::min(ranked.size(), static_cast<std::size_t>(std::max(1, options.max_maps)));
+  SearchPlan plan = planOf(index, points, down_sensor, options, unknown);
+  std::vector<std::string>& names = plan.names;
+  const auto count = static_cast<double>(names.size());
   std::vector<AtlasCandidate> found;
   bool cancelled = false;
-  for (std::size_t n = 0; n < count && !cancelled; ++n) {
-    const PlacedField map = maps(ranked[n].map);
-    if (!map.field) continue;
+  while (!names.empty() && !cancelled) {
+    const double before = count - static_cast<double>(names.size());
+    const SearchArea area = takeArea(names, maps, options.maps_at_once);
+    if (area.searched == 0) {
+      plan.complete = false;
+      continue;
+    }
     const ProgressCallback share = [&](double done) {
-      if (progress && !progress((static_cast<double>(n) + done) / static_cast<double>(count)))
-        cancelled = true;
+      const double sum = before + done * static_cast<double>(area.searched);
+      if (progress && !progress(sum / count)) cancelled = true;
       return !cancelled;
     };
-    searchMap(map, points, down_sensor, options, share, found);
+    searchArea(area, points, down_sensor, options, share, found);
   }
   location.candidates = distinct(std::move(found), options.same_place);
   if (cancelled) {
     location.reason = TerminationReason::kCancelled;
   } else if (!location.candidates.empty()) {
-    const auto& list = location.candidates;
-    location.reason = list[0].result.reason;
-    // A map's own answer knows nothing of its twins elsewhere.
-    const bool good = list[0].result.success || list[0].result.reason == TerminationReason::kAmbiguous;
-    const bool alike = list.size() > 1 && list[1].score() - list[0].score() < options.min_margin;
-    if (good) location.reason = alike ? TerminationReason::kAmbiguous : TerminationReason::kConverged;
-    location.success = good && !alike && list[0].result.success;
-    if (good && !alike && !location.success) location.reason = list[0].result.reason;
-    if (location.success && list[0].score() > options.max_score) {
-      location.reason = TerminationReason::kLowScore;
-      location.success = false;
-    }
-    if (location.success && count < ranked.size() && ranked[count].difference < options.excluded_difference) {
-      location.reason = TerminationReason::kUnsure;
-      location.success = false;
-    }
+    settleLocation(options, plan.complete, location);
   }
   return location;
 }

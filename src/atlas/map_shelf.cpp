@@ -66,21 +66,20 @@ void MapShelf::follow(const Atlas& atlas) {
   }
 }
 
-PlacedField loadPlaced(const std::string& folder, const AtlasMap& map, double megabytes, bool long_range,
+PlacedField loadPlaced(const MapBytes& files, const AtlasMap& map, double megabytes, bool long_range,
                        const MapLimits& limits, const KeepGoing& keep_going) {
-  const std::string path = mapPath(folder, map);
-  const std::vector<std::uint8_t> bytes = readFile(path);
+  const std::vector<std::uint8_t> bytes = files(map);
   goOn(keep_going);
-  const auto named = [&path](const auto& read) {
+  const auto named = [&map](const auto& read) {
     try {
       return read();
     } catch (const MapFormatError& error) {
-      throw MapFormatError("'" + path + "': " + error.what());
+      throw MapFormatError("'" + map.file + "': " + error.what());
     }
   };
   const std::string id = named([&] { return fileInfo(bytes.data(), bytes.size()).map_id; });
   if (id != map.map_id) {
-    throw std::runtime_error("'" + path + "': got id " + id + ", wanted " + map.map_id +
+    throw std::runtime_error("'" + map.file + "': got id " + id + ", wanted " + map.map_id +
                              " as atlas.yaml says");
   }
   TtFieldOptions options;

@@ -46,9 +46,9 @@ class MapShelf {
   std::uint64_t clock_ = 0;
 };
 
-/// Reads a map file and makes it ready. Throws std::runtime_error (also for another id than the atlas says),
+/// Gets a map and makes it ready. Throws std::runtime_error (also for another id than the atlas says),
 /// Cancelled.
-PlacedField loadPlaced(const std::string& folder, const AtlasMap& map, double megabytes, bool long_range,
+PlacedField loadPlaced(const MapBytes& files, const AtlasMap& map, double megabytes, bool long_range,
                        const MapLimits& limits, const KeepGoing& keep_going);
 
 }  // namespace ttsdf

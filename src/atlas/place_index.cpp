@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "atlas_members.h"
+
 namespace ttsdf {
 
 namespace {
@@ -21,19 +23,18 @@ std::uint8_t toStep(double range) {
 }
 
 /// Ranges from one point, by rays that leap as far as the far field lets them.
-PlaceRanges lookAround(const PlacedField& map, const Eigen::Vector3f& from,
-                       const Eigen::Matrix3f& R_field_level) {
+PlaceRanges lookAround(const DistanceField& field, const DistanceField& far_field,
+                       const Eigen::Vector3f& from) {
   constexpr int kRays = kPlaceAzimuths * kPlaceElevations, kMostSteps = 200;
-  const auto voxel = static_cast<float>(map.field->geometry().voxel_size);
-  const float blur = 0.75F * static_cast<float>(map.far->geometry().voxel_size);
+  const auto voxel = static_cast<float>(field.geometry().voxel_size);
+  const float blur = 0.75F * static_cast<float>(far_field.geometry().voxel_size);
   std::vector<Eigen::Vector3f> directions;
   for (const double elevation : kElevations) {
     for (int a = 0; a < kPlaceAzimuths; ++a) {
       const double azimuth = 2.0 * M_PI * (a + 0.5) / kPlaceAzimuths;
-      directions.push_back(R_field_level * Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
-                                                           std::cos(elevation) * std::sin(azimuth),
-                                                           std::sin(elevation))
-                                               .cast<float>());
+      directions.push_back(Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
+                                           std::cos(elevation) * std::sin(azimuth), std::sin(elevation))
+                               .cast<float>());
     }
   }
   PlaceRanges ranges;
@@ -47,7 +48,7 @@ PlaceRanges lookAround(const PlacedField& map, const Eigen::Vector3f& from,
       const auto n = static_cast<std::size_t>(going[k]);
       points.col(static_cast<Eigen::Index>(k)) = from + at[n] * directions[n];
     }
-    const FieldSamples near = map.field->evaluate(points), far = map.far->evaluate(points);
+    const FieldSamples near = field.evaluate(points), far = far_field.evaluate(points);
     std::vector<int> still;
     for (std::size_t k = 0; k < going.size(); ++k) {
       const auto n = static_cast<std::size_t>(going[k]);
@@ -124,33 +125,55 @@ double placeDifference(const PlaceRanges& scan, const PlaceRanges& place) {
   return best;
 }
 
-void PlaceIndex::add(const PlacedField& map) {
-  if (!map.field || !map.far)
-    throw std::invalid_argument("place index: map '" + map.name + "': got no far field");
-  const GridGeometry& g = map.field->geometry();
-  const Eigen::Vector3d extent = g.voxel_size * (g.dims - 1).cast<double>().matrix();
-  const Eigen::Array3i count = (extent / options_.spacing).array().ceil().max(1.0).cast<int>();
+void PlaceIndex::add(const std::vector<PlacedField>& around, std::uint32_t key) {
+  const std::string name = around.empty() ? "" : around.front().name;
+  if (around.empty() || std::any_of(around.begin(), around.end(),
+                                    [](const PlacedField& map) { return !map.field || !map.far; })) {
+    throw std::invalid_argument("place index: map '" + name + "': got no far field, wanted one of each map");
+  }
+  const AtlasField field(around);
+  const auto far_field = field.farField();
+  const OrientedBox box = boxInAtlas(around.front());
+  const Eigen::Array3i count = (box.size / options_.spacing).array().ceil().max(1.0).cast<int>();
   std::vector<Eigen::Vector3f> points;
   for (int k = 0; k < count[2]; ++k) {
     for (int j = 0; j < count[1]; ++j) {
       for (int i = 0; i < count[0]; ++i) {
         const Eigen::Vector3d share = (Eigen::Array3d(i, j, k) + 0.5) / count.cast<double>();
-        points.push_back((g.T_map_grid * extent.cwiseProduct(share)).cast<float>());
+        const Eigen::Vector3d p = box.T_atlas_box * box.size.cwiseProduct(share);
+        if (deepestOf(around, p) == 0) points.push_back((p - field.geometry().origin).cast<float>());
       }
     }
   }
-  const Eigen::Map<const Eigen::Matrix3Xf> matrix(points.front().data(), 3,
-                                                  static_cast<Eigen::Index>(points.size()));
-  const FieldSamples near = map.field->evaluate(Eigen::Matrix3Xf(matrix)),
-                     far = map.far->evaluate(Eigen::Matrix3Xf(matrix));
-  const Eigen::Matrix3f R_field_level = map.T_atlas_map.linear().transpose().cast<float>();
-  Entry entry{map.name, {}};
-  for (std::size_t n = 0; n < points.size(); ++n) {
-    if (near.states[n] != PointState::kValid) continue;
-    if (far.values[static_cast<Eigen::Index>(n)] < static_cast<float>(options_.clearance)) continue;
-    entry.places.push_back(lookAround(map, points[n], R_field_level));
+  Entry entry{name, key, {}};
+  if (!points.empty()) {
+    const Eigen::Map<const Eigen::Matrix3Xf> matrix(points.front().data(), 3,
+                                                    static_cast<Eigen::Index>(points.size()));
+    const FieldSamples near = field.evaluate(Eigen::Matrix3Xf(matrix)),
+                       far = far_field->evaluate(Eigen::Matrix3Xf(matrix));
+    for (std::size_t n = 0; n < points.size(); ++n) {
+      if (near.states[n] != PointState::kValid) continue;
+      if (far.values[static_cast<Eigen::Index>(n)] < static_cast<float>(options_.clearance)) continue;
+      entry.places.push_back(lookAround(field, *far_field, points[n]));
+    }
   }
-  maps_.push_back(std::move(entry));
+  put(std::move(entry));
+}
+
+void PlaceIndex::put(Entry map) {
+  const auto same =
+      std::find_if(maps_.begin(), maps_.end(), [&map](const Entry& entry) { return entry.name == map.name; });
+  if (same == maps_.end()) {
+    maps_.push_back(std::move(map));
+  } else {
+    *same = std::move(map);
+  }
+}
+
+const PlaceIndex::Entry* PlaceIndex::find(const std::string& name) const {
+  const auto found =
+      std::find_if(maps_.begin(), maps_.end(), [&name](const Entry& entry) { return entry.name == name; });
+  return found == maps_.end() ? nullptr : &*found;
 }
 
 std::vector<PlaceIndex::Ranked> PlaceIndex::rank(const Eigen::Matrix3Xf& points_sensor,

@@ -1,7 +1,9 @@
 #include "ttsdf_localization/fusion/volume_parts.h"
 
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
+#include <type_traits>
 
 #include "ttsdf_localization/fusion/tsdf_volume_grids.h"
 
@@ -35,7 +37,51 @@ typename Grid::Ptr clippedCopy(const Grid& grid, const openvdb::CoordBBox& box) 
   return part;
 }
 
+class ContentSum {
+ public:
+  template <class Value>
+  void add(const Value& value) {
+    unsigned char bytes[sizeof(Value)];
+    std::memcpy(bytes, &value, sizeof(Value));
+    for (const unsigned char byte : bytes) sum_ = (sum_ ^ byte) * 1099511628211ULL;
+  }
+  /// Boxes of voxels and tiles that are on, with their values.
+  template <class Grid>
+  void addGrid(const Grid& grid) {
+    for (auto it = grid.cbeginValueOn(); it; ++it) {
+      openvdb::CoordBBox box;
+      it.getBoundingBox(box);
+      addBox(box);
+      if constexpr (std::is_same_v<Grid, openvdb::FloatGrid>) add(it.getValue());
+    }
+  }
+  void addBox(const openvdb::CoordBBox& box) {
+    for (int axis = 0; axis < 3; ++axis) add(box.min()[axis]), add(box.max()[axis]);
+  }
+  std::uint64_t sum() const { return sum_; }
+
+ private:
+  std::uint64_t sum_ = 14695981039346656037ULL;
+};
+
 }  // namespace
+
+std::uint64_t contentSum(const TsdfVolume& volume) {
+  const TsdfVolume::Grids& grids = volume.grids();
+  ContentSum sum;
+  for (int axis = 0; axis < 3; ++axis) sum.add(volume.origin()[axis]);
+  sum.add(volume.options().voxel_size), sum.add(volume.options().truncation);
+  sum.addGrid(*grids.tsdf), sum.addGrid(*grids.weight), sum.addGrid(*grids.free);
+  sum.add(grids.frame_count);
+  // Behind the band: what is inside of a closed level set.
+  for (auto it = grids.tsdf->cbeginValueOff(); it; ++it) {
+    if (!(it.getValue() < 0.0F)) continue;
+    openvdb::CoordBBox box;
+    it.getBoundingBox(box);
+    sum.addBox(box);
+  }
+  return sum.sum();
+}
 
 Eigen::AlignedBox3d surfaceBounds(const TsdfVolume& volume) {
   const openvdb::CoordBBox box = volume.grids().tsdf->evalActiveVoxelBoundingBox();

@@ -10,7 +10,7 @@ constexpr ttsdf::NodeHelp kHelp{
     "localization_node", "",
     R"(Localizes a depth camera in a compressed map: clouds, TF and a map in, the pose of the base out.
 
-subscribes  cloud, initialpose, /tf, /tf_static; by parameter ttsdf_map, imu
+subscribes  cloud, initialpose, /tf, /tf_static; by parameter ttsdf_map, atlas, imu
 publishes   pose, odometry, status, aligned_cloud, path, /tf, /diagnostics,
             ~parameter_descriptions, ~parameter_updates
 services    ~load_map, ~get_map, ~set_map, ~relocalize, ~global_localization, ~request_nomotion_update, ~pause, ~reset,

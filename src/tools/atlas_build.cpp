@@ -8,10 +8,12 @@
 #include <iostream>
 #include <mutex>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <thread>
 
 #include "atlas_commands.h"
+#include "finished_cells.h"
 #include "ttsdf_localization/fusion/volume_parts.h"
 #include "ttsdf_localization/surface/surface_mesh.h"
 #include "ttsdf_localization/tools/build_sources.h"
@@ -22,6 +24,7 @@ namespace ttsdf {
 namespace {
 
 namespace fs = std::filesystem;
+constexpr int kBuildForm = 1;  // rises when maps of the same cell come out differently
 
 struct AtlasBuildArguments {
   std::string folder;
@@ -82,12 +85,29 @@ double areaOf(const SurfaceMesh& mesh) {
   return area;
 }
 
-struct MadeMap {
-  AtlasMap entry;
-  double area = 0.0;  ///< of the surface in the cell [m2]
-};
+std::uint64_t sumOf(std::uint64_t sum, const std::string& text) {
+  for (const char byte : text) sum = (sum ^ static_cast<unsigned char>(byte)) * 1099511628211ULL;
+  return sum;
+}
 
-/// Makes the maps of all cells with several threads. A map is a function of its cell alone.
+/// What all maps are made with, beside their cells.
+std::string settingsOf(const AtlasBuildArguments& a, const FrameAgreement& agreement) {
+  std::ostringstream text;
+  text.precision(17);
+  text << kBuildForm << ' ' << a.min_surface;
+  for (const auto& row : buildOptionTable().rows()) {
+    if (row.name != "threads") text << ' ' << row.name << '=' << toString(row.get(a.source.build));
+  }
+  for (const double figure :
+       {agreement.position_median, agreement.position_90, agreement.rotation_median, agreement.rotation_90,
+        agreement.widening, agreement.shift, agreement.turn_sensor, agreement.turn_scene})
+    text << ' ' << figure;
+  text << ' ' << agreement.compared << ' ' << agreement.contradicting << ' ' << agreement.without_overlap;
+  return text.str();
+}
+
+/// Makes the maps of all cells with several threads. A map is a function of its cell alone, so one that a
+/// build before has made of the same cell is taken as it is.
 class CellBuilder {
  public:
   CellBuilder(const AtlasBuildArguments& arguments, const TsdfVolume& volume, const FrameAgreement& agreement,
@@ -95,21 +115,27 @@ class CellBuilder {
       : a_(arguments),
         volume_(volume),
         agreement_(agreement),
+        settings_(settingsOf(arguments, agreement)),
+        finished_(arguments.folder),
         cells_(std::move(cells)),
         made_(cells_.size()),
         progress_(progress) {}
 
-  std::vector<MadeMap> run() {
+  std::vector<AtlasMap> run() {
     std::vector<std::thread> threads;
     for (int n = 0; n < a_.workers; ++n) threads.emplace_back([this] { work(); });
     for (std::thread& thread : threads) thread.join();
     if (error_) std::rethrow_exception(error_);
-    std::vector<MadeMap> maps;
+    std::vector<AtlasMap> maps;
     for (const auto& map : made_) {
       if (map) maps.push_back(*map);
     }
     return maps;
   }
+  /// Maps that were there already.
+  int taken() const { return taken_; }
+  /// The atlas is written: nothing is left to go on with.
+  void forgetFinished() { finished_.remove(); }
 
  private:
   void work() {
@@ -130,23 +156,33 @@ class CellBuilder {
     const VolumeCell& cell = cells_[n];
     const TsdfVolume part = partOf(volume_, cell.box);
     if (part.empty()) return;
-    const double area = areaOf(extractSurface(part));
-    if (area < a_.min_surface) return;
+    const std::uint64_t key = sumOf(contentSum(part), settings_);
+    AtlasMap before = finished_.find(cell.name, key);
+    if (!before.map_id.empty()) {
+      made_[n] = std::move(before);
+      ++taken_;
+      return;
+    }
+    if (areaOf(extractSurface(part)) < a_.min_surface) return;
     const BuiltMap built = buildMap(part, a_.source.build, {}, agreement_);
     AtlasMap entry = describeMap(cell.name, cell.name + ".ttsdf", built.bytes);
     writeFileAtomically(mapPath(a_.folder, entry), built.bytes, kMapFile);
-    made_[n] = MadeMap{std::move(entry), area};
+    finished_.add(cell.name, key, entry.map_id);
+    made_[n] = std::move(entry);
   }
 
   const AtlasBuildArguments& a_;
   const TsdfVolume& volume_;
   const FrameAgreement& agreement_;
+  const std::string settings_;
+  FinishedCells finished_;
   const std::vector<VolumeCell> cells_;
-  std::vector<std::optional<MadeMap>> made_;
+  std::vector<std::optional<AtlasMap>> made_;
   Progress& progress_;
   std::atomic<std::size_t> next_{0};
   std::mutex mutex_;
   std::size_t done_ = 0;
+  std::atomic<int> taken_{0};
   std::exception_ptr error_;
 };
 
@@ -171,19 +207,19 @@ int runAtlasBuild(int argc, char** argv) {
   if (volume.empty()) throw std::runtime_error("got no surface, wanted frames that show one");
   CellBuilder builder(a, volume, source.agreement, cellsOf(surfaceBounds(volume), a.size, a.overlap),
                       progress);
-  const std::vector<MadeMap> made = builder.run();
   Atlas atlas;
+  atlas.maps = builder.run();
   std::size_t bytes = 0;
-  for (const MadeMap& map : made) {
-    atlas.maps.push_back(map.entry);
-    bytes += map.entry.bytes;
-  }
+  for (const AtlasMap& map : atlas.maps) bytes += map.bytes;
   if (atlas.maps.empty()) {
     throw std::runtime_error("got no cell with " + std::to_string(a.min_surface) +
                              " m2 of surface (--min-surface)");
   }
   writeAtlas(atlas, a.folder);
+  builder.forgetFinished();
   std::printf("%zu maps, %zu bytes\n", atlas.maps.size(), bytes);
+  if (builder.taken() > 0) std::printf("%d of them made by a build before this one\n", builder.taken());
+  updatePlaceIndex(a.folder, progress);
   return 0;
 }
 

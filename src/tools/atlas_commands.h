@@ -9,14 +9,20 @@
 
 namespace ttsdf {
 
+class Progress;
+
 int runAtlasBuild(int argc, char** argv);
 int runAtlasInfo(int argc, char** argv);
 int runAtlasCheck(int argc, char** argv);
 int runAtlasAdd(int argc, char** argv);
 int runAtlasRemove(int argc, char** argv);
 int runAtlasMerge(int argc, char** argv);
+int runAtlasIndex(int argc, char** argv);
 int runAtlasExport(int argc, char** argv);
 
+/// Looks around in the maps that have changed and writes the index of places. Throws std::runtime_error
+/// naming a map that cannot be read.
+void updatePlaceIndex(const std::string& folder, Progress& progress);
 /// "x,y,z" or "x,y,z,qx,qy,qz,qw"; empty: the identity. Throws UsageError naming the flag.
 Eigen::Isometry3d poseFromText(const std::string& flag, const std::string& text);
 /// Writes a map file into the folder and its entry into the atlas. An entry of this name is replaced, with

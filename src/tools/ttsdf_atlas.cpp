@@ -15,13 +15,14 @@ struct Command {
   int (*run)(int, char**);
 };
 
-constexpr std::array<Command, 7> kCommands = {{
+constexpr std::array<Command, 8> kCommands = {{
     {"build", "cut frames, a cloud, a volume or an octree into maps", ttsdf::runAtlasBuild},
     {"info", "list the maps and their neighbours", ttsdf::runAtlasInfo},
     {"check", "compare the map files with atlas.yaml", ttsdf::runAtlasCheck},
     {"add", "put a map file into the atlas, or its next version", ttsdf::runAtlasAdd},
     {"remove", "take maps out of the atlas", ttsdf::runAtlasRemove},
     {"merge", "put all maps of another atlas into this one", ttsdf::runAtlasMerge},
+    {"index", "look around in the maps, so that robots find the one they are in", ttsdf::runAtlasIndex},
     {"export", "write the surface of all maps as one mesh", ttsdf::runAtlasExport},
 }};
 
@@ -44,7 +45,7 @@ int run(int argc, char** argv) {
     if (name == command.name) return command.run(argc - 1, argv + 1);
   }
   throw ttsdf::UsageError("got command '" + name +
-                          "', wanted build, info, check, add, remove, merge or export (--help)");
+                          "', wanted build, info, check, add, remove, merge, index or export (--help)");
 }
 
 }  // namespace

@@ -109,6 +109,53 @@ TEST_F(TwoMaps, TheFarFieldShowsTheNearestSurfaceOfAnyMap) {
   EXPECT_GT(far->evaluate(Eigen::Matrix3Xf(Eigen::Vector3f(10.0F, 1.5F, 1.0F))).values.cwiseAbs()[0], 1.5F);
 }
 
+/// Keeps what it is told to prepare.
+class Listener final : public DistanceField {
+ public:
+  explicit Listener(std::shared_ptr<const DistanceField> inner) : inner_(std::move(inner)) {}
+  const GridGeometry& geometry() const override { return inner_->geometry(); }
+  using DistanceField::evaluate;
+  void evaluate(const PointSpan& points, const SampleSpan& samples) const override {
+    inner_->evaluate(points, samples);
+  }
+  std::size_t memoryBytes() const override { return inner_->memoryBytes(); }
+  void prepare(const PointSpan& points) const override {
+    ++calls;
+    for (int n = 0; n < points.size; ++n) prepared.emplace_back(points.x[n], points.y[n], points.z[n]);
+  }
+  mutable std::vector<Eigen::Vector3f> prepared;
+  mutable int calls = 0;
+
+ private:
+  std::shared_ptr<const DistanceField> inner_;
+};
+
+TEST_F(TwoMaps, AScanIsPreparedInTheMapsThatAnswerIt) {
+  const auto in_left = std::make_shared<Listener>(left.field),
+             in_right = std::make_shared<Listener>(right.field);
+  PlacedField a = left, b = right;
+  a.field = in_left, b.field = in_right;
+  const AtlasField atlas({a, b});
+  // Left only, both (deeper in the left one), both (deeper in the right one), right only, nowhere, no point.
+  const std::vector<float> x{1.0F, 3.7F, 4.3F, 7.0F, 30.0F, NAN}, y(6, 1.5F), z(6, 1.0F);
+  const Eigen::Vector3f origin = atlas.geometry().origin.cast<float>();
+  std::vector<float> px, py, pz;
+  for (std::size_t n = 0; n < x.size(); ++n)
+    px.push_back(x[n] - origin.x()), py.push_back(y[n] - origin.y()), pz.push_back(z[n] - origin.z());
+  static_cast<const DistanceField&>(atlas).prepare(PointSpan{px.data(), py.data(), pz.data(), 6});
+  const auto expectPlaces = [&](const Listener& listener, const PlacedField& map,
+                                std::vector<double> wanted) {
+    EXPECT_EQ(listener.calls, 1);  // all at once
+    ASSERT_EQ(listener.prepared.size(), wanted.size());
+    for (std::size_t n = 0; n < wanted.size(); ++n) {
+      const Eigen::Vector3d p_map = listener.prepared[n].cast<double>() + map.field->geometry().origin;
+      EXPECT_LT((map.T_atlas_map * p_map - Eigen::Vector3d(wanted[n], 1.5, 1.0)).norm(), 1e-5) << n;
+    }
+  };
+  expectPlaces(*in_left, a, {1.0, 3.7});
+  expectPlaces(*in_right, b, {4.3, 7.0});
+}
+
 // Acceptance: crossing a border moves the pose by less than 2 mm against one map of both.
 TEST_F(TwoMaps, CrossingTheBorderDoesNotMoveThePose) {
   const auto atlas = std::make_shared<const AtlasField>(std::vector<PlacedField>{left, right});

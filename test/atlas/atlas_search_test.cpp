@@ -26,20 +26,6 @@ World roomNumber(int n) {
 constexpr int kRooms = 5;
 constexpr double kPitch = 10.0;  // between the rooms [m]
 
-/// A wide camera: 140 x 70 degrees about z. With 60 x 45 most views of these bare rooms hold one corner, of
-/// which there are many.
-std::vector<Eigen::Vector3d> wideDirections() {
-  std::vector<Eigen::Vector3d> rays;
-  for (int v = -17; v <= 17; ++v) {
-    for (int u = -35; u <= 35; ++u) {
-      const double azimuth = 2.0 * u * M_PI / 180.0, elevation = 2.0 * v * M_PI / 180.0;
-      rays.emplace_back(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
-                        std::cos(elevation) * std::cos(azimuth));
-    }
-  }
-  return rays;
-}
-
 class FiveRooms : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -64,15 +50,15 @@ class FiveRooms : public ::testing::Test {
   }
   static PlaceIndex indexOf(const std::vector<PlacedField>& list) {
     PlaceIndex index;
-    for (const PlacedField& map : list) index.add(map);
+    for (const PlacedField& map : list) index.add({map});
     return index;
   }
-  static MapByName from(const std::vector<PlacedField>& list) {
+  static MapsAround from(const std::vector<PlacedField>& list) {
     return [&list](const std::string& name) {
       for (const PlacedField& map : list) {
-        if (map.name == name) return map;
+        if (map.name == name) return std::vector<PlacedField>{map};
       }
-      return PlacedField();
+      return std::vector<PlacedField>();
     };
   }
   /// Pose of a level camera in a room, and what it sees. Down is +y of the sensor.
@@ -193,8 +179,8 @@ TEST_F(FiveRooms, TwinsAreAmbiguous) {
 
 TEST_F(FiveRooms, NothingIsFoundWithoutPointsOrMaps) {
   const ScanPoints nothing(3, 0);
-  EXPECT_FALSE(locateInAtlas(PlaceIndex(), from(maps), nothing, {0, 0, -1}).success);
-  EXPECT_FALSE(locateInAtlas(indexOf({maps[0]}), from(maps), nothing, {0, 0, -1}).success);
+  EXPECT_FALSE(locateInAtlas(PlaceIndex(), from(maps), nothing, Eigen::Vector3d(0, 0, -1)).success);
+  EXPECT_FALSE(locateInAtlas(indexOf({maps[0]}), from(maps), nothing, Eigen::Vector3d(0, 0, -1)).success);
   int asked = 0;
   const auto T = cameraIn(0, 1);
   const auto scan = castRays(roomNumber(0), T, cameraDirections(30, 20));

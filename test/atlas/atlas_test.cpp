@@ -91,6 +91,17 @@ TEST_F(AtlasFolder, NoLinkLeadsOut) {
   EXPECT_THROW(mapPath(folder_.path(), atlas_.maps[0]), std::invalid_argument);
 }
 
+TEST_F(AtlasFolder, MayBeNamedByAWayUpAndDown) {
+  const std::string inside = folder_.path() + "/inside";
+  std::filesystem::create_directories(inside);
+  EXPECT_TRUE(
+      std::filesystem::equivalent(mapPath(inside + "/..", atlas_.maps[0]), folder_.file("left.ttsdf")));
+  EXPECT_TRUE(problems(atlas_, inside + "/..").empty());
+  AtlasMap out = atlas_.maps[0];
+  out.file = "../left.ttsdf";
+  EXPECT_THROW(mapPath(inside, out), std::invalid_argument);
+}
+
 TEST_F(AtlasFolder, ProblemsNameTheMap) {
   std::string bytes = fileContent(folder_.file("left.ttsdf"));
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);

@@ -44,6 +44,20 @@ inline AtlasMap store(const TtSdfMap& map, const std::string& name, const Eigen:
   return entry;
 }
 
+/// A wide camera: 140 x 70 degrees about z. With 60 x 45 most views of these bare rooms hold one corner, of
+/// which there are many.
+inline std::vector<Eigen::Vector3d> wideDirections() {
+  std::vector<Eigen::Vector3d> rays;
+  for (int v = -17; v <= 17; ++v) {
+    for (int u = -35; u <= 35; ++u) {
+      const double azimuth = 2.0 * u * M_PI / 180.0, elevation = 2.0 * v * M_PI / 180.0;
+      rays.emplace_back(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
+                        std::cos(elevation) * std::cos(azimuth));
+    }
+  }
+  return rays;
+}
+
 inline Eigen::Isometry3d turnedBy(double angle, const Eigen::Vector3d& place) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();

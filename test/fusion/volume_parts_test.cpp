@@ -53,6 +53,22 @@ TEST(VolumeParts, APartHoldsWhatTheWholeHoldsThere) {
   EXPECT_GT(surfaceBounds(whole).sizes().x(), 3.5);
 }
 
+TEST(VolumeParts, TheSumTellsContentsApart) {
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(-0.5, -1.7, -1.2), Eigen::Vector3d(1.3, 0.9, 0.8));
+  const TsdfVolume whole = room(), again = room();
+  const std::uint64_t sum = contentSum(partOf(whole, box));
+  EXPECT_EQ(contentSum(partOf(again, box)), sum);
+  EXPECT_NE(contentSum(whole), sum);
+  const openvdb::Coord voxel = whole.grids().tsdf->cbeginValueOn().getCoord();
+  TsdfVolume nearer = room(), heavier = room(), freer = room();
+  nearer.grids().tsdf->tree().setValue(voxel, 0.01F);
+  heavier.grids().weight->tree().setValue(voxel, 99.0F);
+  freer.grids().free->tree().setValueOn(openvdb::Coord(100, 100, 100));
+  for (const TsdfVolume* other : {&nearer, &heavier, &freer})
+    EXPECT_NE(contentSum(*other), contentSum(whole));
+  EXPECT_EQ(contentSum(partOf(freer, box)), sum);  // that is elsewhere
+}
+
 TEST(VolumeParts, CellsCoverTheBoxAndOverlap) {
   const Eigen::AlignedBox3d box(Eigen::Vector3d(-3.0, 2.0, 0.0), Eigen::Vector3d(9.5, 10.0, 2.5));
   const auto cells = cellsOf(box, 5.0, 1.0);

@@ -1,4 +1,5 @@
-// Writes a compressed map of the analytic room of the tests: make_room_map FILE [max_rank] [voxel_size].
+// Writes a compressed map of the analytic room of the tests, or of another one that looks nothing like it:
+// make_room_map FILE [max_rank] [voxel_size] [room|hall] [x], x metres along x.
 
 #include <cstdlib>
 #include <exception>
@@ -9,15 +10,36 @@
 #include "ttsdf_localization/compression/map_writer.h"
 #include "ttsdf_localization/compression/tt_svd.h"
 
+namespace {
+
+/// A long hall with two rows of pillars.
+struct Hall {
+  Eigen::Vector3d size{9.0, 4.0, 3.5};
+  double distance(const Eigen::Vector3d& p) const {
+    double d = std::min(p.minCoeff(), (size - p).minCoeff());
+    for (int n = 0; n < 4; ++n) {
+      for (const double y : {1.0, 3.0})
+        d = std::min(d, ttsdf::test::boxDistance(p, {1.5 + 2.0 * n, y, 1.75}, {0.2, 0.2, 1.75}));
+    }
+    return d;
+  }
+};
+
+}  // namespace
+
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::cerr << "usage: make_room_map FILE [max_rank] [voxel_size]\n";
+    std::cerr << "usage: make_room_map FILE [max_rank] [voxel_size] [room|hall] [x]\n";
     return 2;
   }
   try {
     ttsdf::TtSdfMap map;
     const double voxel_size = argc > 3 ? std::atof(argv[3]) : 0.05;
-    const ttsdf::DenseTensor tensor = ttsdf::test::sampleScene(ttsdf::test::Room(), voxel_size, map.geometry);
+    const bool hall = argc > 4 && argv[4] == std::string("hall");
+    const ttsdf::DenseTensor tensor =
+        hall ? ttsdf::test::sampleScene(Hall(), voxel_size, map.geometry)
+             : ttsdf::test::sampleScene(ttsdf::test::Room(), voxel_size, map.geometry);
+    if (argc > 5) map.geometry.T_map_grid.translation().x() += std::atof(argv[5]);
     ttsdf::TtSvdOptions options;
     options.max_rank1 = options.max_rank2 = argc > 2 ? std::atoi(argv[2]) : 40;
     map.train = ttsdf::ttSvd(tensor, options).train;

@@ -5,6 +5,7 @@
 #include "frames_fixture.h"
 #include "tool_process.h"
 #include "ttsdf_localization/atlas/atlas.h"
+#include "ttsdf_localization/atlas/place_index_file.h"
 #include "ttsdf_localization/tools/json_file.h"
 
 namespace ttsdf {
@@ -72,7 +73,47 @@ TEST_F(AtlasTool, BuildCutsTheFramesIntoMapsThatOverlap) {
 
 TEST_F(AtlasTool, WorkersDoNotChangeTheResult) {
   ASSERT_EQ(build("again", {"--workers", "2"}).exit_code, 0);
-  EXPECT_EQ(fileText(*folder_ / "again/atlas.yaml"), fileText(*folder_ / "atlas/atlas.yaml"));
+  for (const char* file : {"/atlas.yaml", "/places.bin"})
+    EXPECT_EQ(fileText(*folder_ / "again" + file), fileText(*folder_ / "atlas" + file));
+}
+
+// A folder in the place of the last map stops the build when the others are made.
+TEST_F(AtlasTool, ABuildThatWasStoppedGoesOn) {
+  const Atlas whole = readAtlas(*folder_ / "atlas");
+  ASSERT_GE(whole.maps.size(), 3u);
+  const std::string folder = *folder_ / "stopped", state = folder + "/unfinished_build.txt",
+                    last = folder + "/" + whole.maps.back().file;
+  fs::create_directories(last);
+  const ToolRun stopped = build("stopped");
+  ASSERT_EQ(stopped.exit_code, 1);
+  EXPECT_NE(stopped.err.find(whole.maps.back().file), std::string::npos) << stopped.err;
+  ASSERT_TRUE(fs::exists(state));
+  EXPECT_FALSE(fs::exists(folder + "/atlas.yaml"));
+  fs::remove(last);
+  // One file was damaged since, and a line has no end.
+  fs::resize_file(folder + "/" + whole.maps[0].file, 100);
+  std::ofstream(state, std::ios::app) << "\n" << whole.maps[1].name << " 12";
+
+  const ToolRun again = build("stopped");
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_NE(again.out.find(std::to_string(whole.maps.size() - 2) + " of them made by a build before"),
+            std::string::npos)
+      << again.out;
+  for (const AtlasMap& map : whole.maps)
+    EXPECT_EQ(fileText(folder + "/" + map.file), fileText(*folder_ / "atlas" + "/" + map.file)) << map.name;
+  EXPECT_EQ(fileText(folder + "/atlas.yaml"), fileText(*folder_ / "atlas/atlas.yaml"));
+  EXPECT_FALSE(fs::exists(state));
+}
+
+TEST_F(AtlasTool, OtherOptionsTakeNothingFromABuildThatWasStopped) {
+  const Atlas whole = readAtlas(*folder_ / "atlas");
+  const std::string folder = *folder_ / "other", last = folder + "/" + whole.maps.back().file;
+  fs::create_directories(last);
+  ASSERT_EQ(build("other").exit_code, 1);
+  fs::remove(last);
+  const ToolRun again = build("other", {"--min-surface", "0.5"});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(again.out.find("made by a build before"), std::string::npos) << again.out;
 }
 
 TEST_F(AtlasTool, InfoListsMaps) {
@@ -124,6 +165,26 @@ TEST_F(AtlasTool, AtlasesAreMerged) {
   EXPECT_EQ(run({"check", folder}).exit_code, 0);
 }
 
+TEST_F(AtlasTool, TheIndexOfPlacesFollowsTheMaps) {
+  const std::string folder = copy("indexed");
+  const Atlas atlas = readAtlas(folder);
+  EXPECT_EQ(readPlaceIndex(folder, atlas).maps().size(), atlas.maps.size());  // build made it
+  const std::string before = fileText(folder + "/places.bin");
+  ASSERT_EQ(run({"index", folder}).exit_code, 0);
+  EXPECT_EQ(fileText(folder + "/places.bin"), before);
+  ASSERT_EQ(run({"remove", folder, atlas.maps[0].name}).exit_code, 0);
+  const ToolRun index = run({"index", folder});
+  ASSERT_EQ(index.exit_code, 0) << index.err;
+  EXPECT_NE(index.out.find("places"), std::string::npos);
+  const Atlas rest = readAtlas(folder);
+  EXPECT_EQ(readPlaceIndex(folder, rest).maps().size(), rest.maps.size());
+  fs::resize_file(fs::path(folder) / rest.maps[0].file, 100);
+  fs::remove(folder + "/places.bin");
+  const ToolRun damaged = run({"index", folder});
+  EXPECT_EQ(damaged.exit_code, 1);
+  EXPECT_NE(damaged.err.find("map '" + rest.maps[0].name + "'"), std::string::npos) << damaged.err;
+}
+
 TEST_F(AtlasTool, TheSurfaceOfAllMapsIsOneMesh) {
   const ToolRun run_export = run({"export", *folder_ / "atlas", "--surface", *folder_ / "all.ply"});
   ASSERT_EQ(run_export.exit_code, 0) << run_export.err;
@@ -134,7 +195,7 @@ TEST_F(AtlasTool, SaysWhatIsWrong) {
   EXPECT_EQ(run({}).exit_code, 2);
   EXPECT_EQ(run({"fly"}).exit_code, 2);
   EXPECT_EQ(run({"--help"}).exit_code, 0);
-  for (const char* command : {"build", "info", "check", "add", "remove", "merge", "export"}) {
+  for (const char* command : {"build", "info", "check", "add", "remove", "merge", "index", "export"}) {
     const ToolRun help = run({command, "--help"});
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_NE(help.out.find(std::string("usage: ttsdf_atlas ") + command), std::string::npos);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -58,6 +59,11 @@ std::string toYaml(const Atlas& atlas);
 
 /// The map's file, links followed. Throws std::invalid_argument if it leads out of the folder.
 std::string mapPath(const std::string& folder, const AtlasMap& map);
+
+/// Gives the bytes of a map's file; throws std::runtime_error. Whoever asks checks that they are the map's.
+using MapBytes = std::function<std::vector<std::uint8_t>(const AtlasMap& map)>;
+/// Those of the files in a folder.
+MapBytes mapFilesIn(const std::string& folder);
 
 /// What atlas.yaml says of a map file. Throws MapFormatError.
 AtlasMap describeMap(const std::string& name, const std::string& file, const std::vector<std::uint8_t>& bytes,

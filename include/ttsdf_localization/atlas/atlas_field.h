@@ -35,6 +35,8 @@ class AtlasField final : public DistanceField {
   void evaluate(const PointSpan& points, const SampleSpan& samples) const override;
   std::size_t memoryBytes() const override;
   void warmUp(const KeepGoing& keep_going = {}) const override;
+  /// Every point goes to the map that is asked for it first.
+  void prepare(const PointSpan& points) const override;
 
   const std::vector<PlacedField>& maps() const;
   /// The maps' far fields as one: the nearest surface that any map shows whose box holds the point; outside

@@ -48,7 +48,9 @@ class AtlasLoader {
 
   /// Throws std::invalid_argument for options or an atlas that cannot be used. Loads nothing before the first
   /// want().
-  AtlasLoader(std::string folder, Atlas atlas, const AtlasLoaderOptions& options, Changed changed = {});
+  AtlasLoader(MapBytes files, Atlas atlas, const AtlasLoaderOptions& options, Changed changed = {});
+  AtlasLoader(const std::string& folder, Atlas atlas, const AtlasLoaderOptions& options,
+              Changed changed = {});
   /// Cancels what is being loaded.
   ~AtlasLoader();
   AtlasLoader(const AtlasLoader&) = delete;

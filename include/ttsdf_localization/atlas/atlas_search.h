@@ -2,6 +2,9 @@
 // Which map am I in, and where: global localization over an atlas.
 
 #include <functional>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "ttsdf_localization/atlas/place_index.h"
 #include "ttsdf_localization/registration/search.h"
@@ -9,11 +12,12 @@
 namespace ttsdf {
 
 struct AtlasSearchOptions {
-  int max_maps = 4;         ///< maps that are searched, in the order of the index
+  int max_maps = 16;        ///< maps that are searched at the most, in the order of the index
+  int maps_at_once = 8;     ///< neighbours among them are searched together, at most so many
   double same_place = 0.5;  ///< poses of two maps this near to each other are one answer [m]
-  /// Maps that differ more from the scan (index) need not be searched. Where max_maps ends before that,
-  /// nothing is accepted (kUnsure): a map that fits may not be the only one.
-  double excluded_difference = 0.45;
+  /// Maps that differ more from the scan (index) need not be searched. Where max_maps ends before that, or a
+  /// map cannot be used, nothing is accepted (kUnsure): a map that fits may not be the only one.
+  double excluded_difference = 0.55;
   /// A worse best score + blocked_ratio is refused (kLowScore). Stricter than in one map: of many maps some
   /// wrong place fits half the scan.
   double max_score = 0.25;
@@ -26,7 +30,7 @@ struct AtlasSearchOptions {
 struct AtlasCandidate {
   std::string map;
   Eigen::Isometry3d T_atlas_sensor = Eigen::Isometry3d::Identity();
-  RegistrationResult result;  ///< in the map's own frame
+  RegistrationResult result;  ///< in the atlas' frame
   double score() const { return result.score + result.blocked_ratio; }
 };
 
@@ -38,13 +42,18 @@ struct AtlasLocation {
   std::vector<AtlasCandidate> candidates;  ///< distinct places, the best first
 };
 
-/// Gives a map by its name, loaded or in memory; null field: it cannot be used.
-using MapByName = std::function<PlacedField(const std::string& name)>;
+/// Gives a map by its name and those that overlap with it, itself first, loaded or in memory; empty: it
+/// cannot be used.
+using MapsAround = std::function<std::vector<PlacedField>(const std::string& name)>;
 
-/// Searches the maps that the index ranks first, one after the other. `down_sensor`: unit vector; down in the
-/// atlas is -z. `progress` returns false to cancel. Never throws for bad points.
-AtlasLocation locateInAtlas(const PlaceIndex& index, const MapByName& maps, const ScanPoints& points,
-                            const Eigen::Vector3d& down_sensor, const AtlasSearchOptions& options = {},
-                            const ProgressCallback& progress = {});
+/// Searches the maps that the index ranks first: starts in these maps, scans compared with their neighbours,
+/// too. Of three and more twins in maps that are searched at once two are named. `down_sensor`: unit vector;
+/// down in the atlas is -z. Without it the index says nothing: maps are searched in its order. `unknown`:
+/// maps that it does not hold; each may hold the scan. `progress` returns false to cancel. Never throws for
+/// bad points.
+AtlasLocation locateInAtlas(const PlaceIndex& index, const MapsAround& maps, const ScanPoints& points,
+                            const std::optional<Eigen::Vector3d>& down_sensor,
+                            const AtlasSearchOptions& options = {}, const ProgressCallback& progress = {},
+                            const std::vector<std::string>& unknown = {});
 
 }  // namespace ttsdf

@@ -33,10 +33,23 @@ class PlaceIndex {
     double difference;  ///< of its best place: 0 equal, 1 nothing alike
   };
 
+  /// The places of a map.
+  struct Entry {
+    std::string name;
+    std::uint32_t key = 0;  ///< what they were made from (placeKeys)
+    std::vector<PlaceRanges> places;
+  };
+
   explicit PlaceIndex(const PlaceIndexOptions& options = {}) : options_(options) {}
-  /// Looks at a map's places; its far field is needed (throws std::invalid_argument). Takes about 2 ms a
-  /// place.
-  void add(const PlacedField& map);
+  /// Looks around at a map's places, across its borders: `around` is the map and those that overlap with it,
+  /// itself first. Places that another map holds deeper are left to that one. Far fields are needed (throws
+  /// std::invalid_argument). Takes about 2 ms a place.
+  void add(const std::vector<PlacedField>& around, std::uint32_t key = 0);
+  /// In the place of the entry of this name.
+  void put(Entry map);
+  /// Null if there is none of this name.
+  const Entry* find(const std::string& name) const;
+  const std::vector<Entry>& maps() const { return maps_; }
   /// Maps by their most alike place, the best first. `down_sensor`: unit vector.
   std::vector<Ranked> rank(const Eigen::Matrix3Xf& points_sensor, const Eigen::Vector3d& down_sensor) const;
 
@@ -45,10 +58,6 @@ class PlaceIndex {
   std::size_t memoryBytes() const { return placeCount() * sizeof(PlaceRanges); }
 
  private:
-  struct Entry {
-    std::string name;
-    std::vector<PlaceRanges> places;
-  };
   PlaceIndexOptions options_;
   std::vector<Entry> maps_;
 };

@@ -2,6 +2,7 @@
 // A volume cut into parts, each small enough for a map of its own.
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,9 @@ Eigen::AlignedBox3d surfaceBounds(const TsdfVolume& volume);
 /// What of a volume lies in a box of the map frame. Costs memory and time of the part, and a walk over the
 /// nodes of the whole.
 TsdfVolume partOf(const TsdfVolume& volume, const Eigen::AlignedBox3d& box_map);
+
+/// Tells volumes apart: of equal ones, cut or fused in the same way, equal (FNV-1a, 64 bits).
+std::uint64_t contentSum(const TsdfVolume& volume);
 
 struct VolumeCell {
   std::string name;         ///< "x0_y2_z1"

@@ -11,6 +11,7 @@
 // No ROS, no threads, no clock: time is the stamps. The node and the offline localizer run the same class.
 // Not thread-safe; a GlobalJob is independent of it and may run in another thread.
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,6 +25,11 @@
 
 namespace ttsdf {
 
+/// Finds the place of a scan without a prior; `gravity`: down in the sensor frame, if it is known.
+using GlobalSearch =
+    std::function<RegistrationResult(const ScanPoints& points, const std::optional<Eigen::Vector3d>& gravity,
+                                     const ProgressCallback& progress)>;
+
 /// A global localization of one scan: takes seconds, owns all it needs.
 class GlobalJob {
  public:
@@ -31,6 +37,10 @@ class GlobalJob {
             LocalizerScan scan, std::optional<Eigen::Vector3d> gravity, const LocalizerOptions& options);
   /// Runs to the end; never throws for bad points. `progress` returns false to cancel.
   void run(const ProgressCallback& progress = {});
+  /// The same by a search of its own, in more than the map in use.
+  void runWith(const GlobalSearch& search, const ProgressCallback& progress) {
+    result_ = search(scan_.points, gravity_, progress);
+  }
 
   int id() const { return id_; }
   const LocalizerScan& scan() const { return scan_; }

@@ -1,25 +1,170 @@
 #include "ros/common/atlas_source.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <sstream>
 #include <utility>
 
+#include "ttsdf_localization/atlas/place_index_file.h"
+
 namespace ttsdf {
 
-AtlasSource::AtlasSource(const MapSourceOptions& options, const RegistrationOptions& registration,
-                         MapSource::LoadedCallback loaded, MapSource::FailedCallback failed)
-    : registration_(registration), loaded_(std::move(loaded)), failed_(std::move(failed)) {
-  Atlas atlas = readAtlas(options.atlas_folder);
-  frame_id_ = atlas.frame_id;
-  AtlasLoaderOptions loader;
-  loader.memory_megabytes = options.atlas_megabytes;
-  loader.map_megabytes = std::max(0.1, options.memory_megabytes);
-  loader.radius = options.atlas_radius;
-  loader.long_range = registration.long_range && registration.method == "robust";
-  loader.limits = {options.max_map_megabytes, options.max_map_voxels};
-  loader_ = std::make_unique<AtlasLoader>(
-      options.atlas_folder, std::move(atlas), loader,
-      [this](const std::shared_ptr<const AtlasField>& field) { onField(field); });
+namespace {
+
+constexpr double kBringing = 30.0;    // [s] for the maps around a place that was found
+constexpr double kServerRetry = 5.0;  // [s] a map that the server did not give is asked for again
+constexpr std::size_t kNamed = 8;     // twins and broken maps in a message
+
+AtlasLocatorOptions locatorOptions(const MapSourceOptions& options, const LocalizerOptions& localizer) {
+  AtlasLocatorOptions locator;
+  locator.memory_megabytes = options.atlas_megabytes;
+  locator.map_megabytes = std::max(0.1, options.memory_megabytes);
+  locator.limits = {options.max_map_megabytes, options.max_map_voxels};
+  locator.search.registration = localizer.registration;
+  locator.search.global = localizer.global;
+  locator.search.min_margin = localizer.global.min_margin;
+  locator.search.max_score = std::min(locator.search.max_score, localizer.global.max_score);
+  return locator;
+}
+
+}  // namespace
+
+AtlasSource::AtlasSource(ros::NodeHandle& node, const MapSourceOptions& options,
+                         const LocalizerOptions& localizer, MapSource::LoadedCallback loaded,
+                         MapSource::FailedCallback failed)
+    : options_(options), localizer_(localizer), loaded_(std::move(loaded)), failed_(std::move(failed)) {
+  if (options.map_source == "atlas") {
+    Atlas atlas = readAtlas(options.atlas_folder);
+    std::vector<std::uint8_t> places;
+    const std::string index = options.atlas_folder + "/" + kPlaceIndexFile;
+    if (std::filesystem::exists(index)) places = readFile(index);
+    useAtlas(std::move(atlas), mapFilesIn(options.atlas_folder), places);
+    return;
+  }
+  client_ = std::make_unique<AtlasClient>(
+      node, options.atlas_timeout,
+      [this](Atlas atlas, const std::vector<std::uint8_t>& places) {
+        useAtlas(
+            std::move(atlas), [this](const AtlasMap& map) { return client_->fetch(map); }, places);
+      },
+      failed_);
+}
+
+void AtlasSource::stop() {
+  if (client_) client_->stop();
+}
+
+AtlasSource::~AtlasSource() {
+  stop();  // the loader may be waiting for an answer
+  std::shared_ptr<AtlasLoader> loader;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    loader = std::move(loader_);
+  }
+}
+
+void AtlasSource::useAtlas(Atlas atlas, const MapBytes& files, const std::vector<std::uint8_t>& places) {
+  auto locator = std::make_shared<AtlasLocator>(files, atlas, places, locatorOptions(options_, localizer_));
+  AtlasLoaderOptions options;
+  options.memory_megabytes = options_.atlas_megabytes;
+  options.map_megabytes = std::max(0.1, options_.memory_megabytes);
+  options.radius = options_.atlas_radius;
+  options.long_range = localizer_.registration.long_range && localizer_.registration.method == "robust";
+  options.limits = {options_.max_map_megabytes, options_.max_map_voxels};
+  if (client_) options.retry_seconds = kServerRetry;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  locator_ = std::move(locator);
+  if (!atlas.maps.empty() && !last_place_) any_place_ = atlas.maps.front().box().centre();
+  if (loader_) {
+    loader_->setAtlas(std::move(atlas));
+    return;
+  }
+  const std::string frame_id = atlas.frame_id;
+  loader_ = std::make_shared<AtlasLoader>(
+      files, std::move(atlas), options,
+      [this, frame_id](const std::shared_ptr<const AtlasField>& field) { onField(frame_id, field); });
+  if (last_place_) loader_->want(*last_place_, Eigen::Vector3d::Zero());
+}
+
+std::shared_ptr<AtlasLoader> AtlasSource::loader() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return loader_;
+}
+
+AtlasLoaderStatus AtlasSource::status() const {
+  const auto loader = this->loader();
+  return loader ? loader->status() : AtlasLoaderStatus();
+}
+
+void AtlasSource::wantAny() {
+  std::optional<Eigen::Vector3d> place;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!loader_) return;
+    place.swap(any_place_);
+  }
+  if (place) loader()->want(*place);
+}
+
+RegistrationResult AtlasSource::find(const ScanPoints& points, const std::optional<Eigen::Vector3d>& gravity,
+                                     const ProgressCallback& progress) {
+  std::shared_ptr<AtlasLocator> locator;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    locator = locator_;
+  }
+  RegistrationResult result;
+  if (!locator) return result;
+  // The search takes down as -z of the atlas.
+  const bool level = localizer_.mapDown().normalized().z() < -0.999;
+  const AtlasLocation location = locator->locate(points, level ? gravity : std::nullopt, progress);
+  setRemark(location, *locator);
+  locator->releaseMaps();
+  if (!location.candidates.empty()) result = location.candidates.front().result;
+  if (location.candidates.size() > 1) {
+    result.runner_up_score = location.candidates[1].score();
+    result.T_map_runner_up = location.candidates[1].T_atlas_sensor;
+  }
+  result.reason = location.reason;
+  result.success = location.success;
+  return result;
+}
+
+bool AtlasSource::bring(const Eigen::Vector3d& place, const ProgressCallback& progress) {
+  constexpr double kLook = 0.1;  // [s] between two looks at whether it is cancelled
+  const auto loader = this->loader();
+  if (!loader) return false;
+  loader->want(place);
+  for (double waited = 0.0; waited < kBringing; waited += kLook) {
+    if (loader->waitUntilSettled(kLook)) return true;
+    if (progress && !progress(1.0)) return false;
+  }
+  return false;
+}
+
+void AtlasSource::setRemark(const AtlasLocation& location, const AtlasLocator& locator) {
+  std::ostringstream text;
+  if (location.reason == TerminationReason::kAmbiguous) {
+    text.precision(2);
+    text << "alike:" << std::fixed;
+    for (std::size_t n = 0; n < std::min(kNamed, location.candidates.size()); ++n) {
+      const AtlasCandidate& candidate = location.candidates[n];
+      text << (n == 0 ? " " : ", ") << candidate.map << " ("
+           << candidate.T_atlas_sensor.translation().transpose() << ')';
+    }
+  }
+  std::size_t named = 0;
+  for (const auto& [map, why] : locator.failed()) {
+    if (named++ == kNamed) break;
+    text << (text.tellp() > 0 ? "; " : "") << (map.empty() ? "" : "map '" + map + "': ") << why;
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  remark_ = text.str();
+}
+
+std::string AtlasSource::remark() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return remark_;
 }
 
 void AtlasSource::want(const Eigen::Vector3d& position) {
@@ -36,19 +181,20 @@ void AtlasSource::want(const Eigen::Vector3d& position) {
     last_place_ = position;
     last_time_ = now;
   }
-  loader_->want(position, velocity);
+  if (const auto loader = this->loader()) loader->want(position, velocity);
 }
 
-void AtlasSource::onField(const std::shared_ptr<const AtlasField>& field) {
+void AtlasSource::onField(const std::string& frame_id, const std::shared_ptr<const AtlasField>& field) {
   try {
     if (!field) {
+      if (!status().waiting.empty()) return;  // they are on their way
       failed_("no map of the atlas is near; the last ones stay in use");
       return;
     }
     LoadedMap loaded;
     loaded.of_atlas = true;
-    loaded.map = Localizer::prepareWith(field, field->farField(), registration_);
-    loaded.frame_id = frame_id_;
+    loaded.map = Localizer::prepareWith(field, field->farField(), localizer_.registration);
+    loaded.frame_id = frame_id;
     std::ostringstream text;
     text << "atlas:";
     for (const PlacedField& map : field->maps()) {

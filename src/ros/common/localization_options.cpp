@@ -72,8 +72,9 @@ const OptionTable<MapSourceOptions>& mapSourceOptionTable() {
   using O = MapSourceOptions;
   static const OptionTable<O> table =
       OptionTable<O>()
-          .add("map_source", &O::map_source, {"file", "topic", "service", "atlas"},
-               "file (map_file), topic (ttsdf_map), service (get_map) or atlas (atlas_folder).")
+          .add("map_source", &O::map_source, {"file", "topic", "service", "atlas", "atlas_server"},
+               "file (map_file), topic (ttsdf_map), service (get_map), atlas (atlas_folder) or atlas_server "
+               "(topic atlas, service get_selected_maps).")
           .add("map_file", &O::map_file, {},
                "Map file to load at the start. Empty: wait for ~load_map or ~set_map.")
           .add("map_folder", &O::map_folder, {},
@@ -82,6 +83,8 @@ const OptionTable<MapSourceOptions>& mapSourceOptionTable() {
                "Folder with an atlas.yaml: the maps around the robot are loaded as it drives.")
           .add("atlas_megabytes", &O::atlas_megabytes, 1.0, 100000.0, "MB",
                "Memory for all maps of the atlas; each takes at most memory_megabytes.")
+          .add("atlas_timeout", &O::atlas_timeout, 0.1, 600.0, "s",
+               "A server of an atlas that takes longer to give a map is asked again later.")
           .add("atlas_radius", &O::atlas_radius, 0.5, 1000.0, "m",
                "Maps of the atlas at most this far from the robot are in use.")
           .add("max_map_megabytes", &O::max_map_megabytes, 1.0, 100000.0, "MB",

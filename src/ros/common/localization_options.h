@@ -25,11 +25,12 @@ struct FrameOptions {
 
 /// Where the map comes from.
 struct MapSourceOptions {
-  std::string map_source = "file";   ///< file | topic (ttsdf_map) | service (get_map) | atlas
+  std::string map_source = "file";   ///< file | topic (ttsdf_map) | service (get_map) | atlas | atlas_server
   std::string map_file;              ///< "": wait for ~load_map or ~set_map
   std::string map_folder;            ///< "": anywhere; otherwise ~load_map takes files of this folder only
   std::string atlas_folder;          ///< of map_source atlas: holds atlas.yaml
   double atlas_megabytes = 60.0;     ///< of all maps of the atlas in memory
+  double atlas_timeout = 5.0;        ///< of one call to the server of an atlas [s]
   double atlas_radius = 6.0;         ///< maps at most this far from the robot are in use [m]
   double max_map_megabytes = 256.0;  ///< reading a map may take so much memory
   double max_map_voxels = 4e9;       ///< larger grids are refused

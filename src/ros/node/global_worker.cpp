@@ -44,7 +44,7 @@ void GlobalWorker::wait() {
 void GlobalWorker::run() {
   // Out of memory, say: the job then counts as cancelled, and the process, which is shared, lives on.
   try {
-    job_->run([this](double share) {
+    callbacks_.run(*job_, [this](double share) {
       progress_ = share;
       callbacks_.progress(share);
       return !cancelled_;

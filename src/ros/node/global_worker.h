@@ -15,6 +15,7 @@ namespace ttsdf {
 class GlobalWorker {
  public:
   struct Callbacks {
+    std::function<void(GlobalJob& job, const ProgressCallback& progress)> run;
     std::function<void(double share)> progress;      ///< from the worker's thread
     std::function<void(const GlobalJob& job)> done;  ///< from the worker's thread
   };

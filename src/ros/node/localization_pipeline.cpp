@@ -45,9 +45,10 @@ LocalizationPipeline::LocalizationPipeline(ros::NodeHandle& node, const Localiza
       output_(node, options),
       last_tick_(ros::Time::now()) {
   status_ = currentStatus();
-  global_worker_ = std::make_unique<GlobalWorker>(
-      GlobalWorker::Callbacks{[this](double share) { onGlobalProgress(share); },
-                              [this](const GlobalJob& job) { onGlobalDone(job); }});
+  global_worker_ = std::make_unique<GlobalWorker>(GlobalWorker::Callbacks{
+      [this](GlobalJob& job, const ProgressCallback& go_on) { runGlobal(job, go_on); },
+      [this](double share) { onGlobalProgress(share); },
+      [this](const GlobalJob& job) { onGlobalDone(job); }});
   thread_ = std::thread(&LocalizationPipeline::run, this);
 }
 
@@ -271,7 +272,7 @@ void LocalizationPipeline::usePose(PoseRequest request) {
   tf_output_.stop();
   const std::string message =
       request.guess.source + " taken" + (request.warning.empty() ? "" : "; " + request.warning);
-  asked_place_ = request.guess.T_map_base.translation();
+  place_ = request.guess.T_map_base.translation();
   localizer_.usePose(std::move(request));
   Status status = currentStatus();
   status.message = message;
@@ -329,6 +330,13 @@ void LocalizationPipeline::setOptions(const LocalizationRosOptions& options) {
   localizer_.setOptions(options);
   tf_output_.setTiming(options.frames.transform_tolerance, options.frames.tf_rate,
                        options.localizer.motion.max_extrapolation);
+}
+
+void LocalizationPipeline::setWiderSearch(WiderSearch search) {
+  global_worker_->cancel();
+  global_worker_->wait();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  wider_search_ = std::move(search);
 }
 
 void LocalizationPipeline::announce(std::uint8_t reason, const std::string& message) {
@@ -432,14 +440,14 @@ LocalizationPipeline::View LocalizationPipeline::view() const {
   return view;
 }
 
-std::optional<Eigen::Vector3d> LocalizationPipeline::place() const {
+std::optional<Eigen::Vector3d> LocalizationPipeline::place() {
   const std::lock_guard<std::mutex> lock(mutex_);
   const LocalizerState state = localizer_.localizer().state();
   if (state == LocalizerState::kTracking || state == LocalizerState::kDegraded) {
     const auto pose = localizer_.localizer().lastPose();
-    if (pose) return pose->T_map_base.translation();
+    if (pose) place_ = pose->T_map_base.translation();
   }
-  return asked_place_;
+  return place_;
 }
 
 std::optional<PoseGuess> LocalizationPipeline::trackedPose() const {

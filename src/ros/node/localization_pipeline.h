@@ -43,6 +43,15 @@ struct ScanCounts {
   ros::WallTime last_arrival, last_taken;  ///< zero: never
 };
 
+/// Global localization in more maps than the one in use.
+struct WiderSearch {
+  GlobalSearch find;
+  /// Puts the maps around the place found into use; false: cancelled, or they cannot be had.
+  std::function<bool(const Eigen::Vector3d& p_map, const ProgressCallback& progress)> bring;
+  /// What the last search has to say beside its result; may be empty.
+  std::function<std::string()> remark;
+};
+
 /// Thread-safe.
 class LocalizationPipeline {
  public:
@@ -71,6 +80,9 @@ class LocalizationPipeline {
   void restart(const std::string& why);  ///< the time went back
   void requestUpdate();
   void setOptions(const LocalizationRosOptions& options);
+  /// Replaces the search in the map in use (an empty one: back to that). A search that runs is cancelled and
+  /// awaited.
+  void setWiderSearch(WiderSearch search);
   /// A status for what has nothing to do with a scan.
   void announce(std::uint8_t reason, const std::string& message);
   /// Time goes by; called some times a second. `scans_waiting`: why scans do not get on, to be said in the
@@ -98,7 +110,7 @@ class LocalizationPipeline {
   View view() const;
   std::optional<PoseGuess> trackedPose() const;
   /// Where the robot is, or where somebody said it is: there maps are needed.
-  std::optional<Eigen::Vector3d> place() const;
+  std::optional<Eigen::Vector3d> place();
   std::string whyWaiting() const { return localizer_.queue().whyWaiting(); }
 
  private:
@@ -119,6 +131,7 @@ class LocalizationPipeline {
 
   // localization_pipeline_global.cpp
   void startGlobal(const SeenScan& seen);
+  void runGlobal(GlobalJob& job, const ProgressCallback& progress);
   void onGlobalProgress(double share);
   void onGlobalDone(const GlobalJob& job);
   std::uint64_t orderGlobal(bool wait);
@@ -136,7 +149,8 @@ class LocalizationPipeline {
   LocalizationOutput output_;
   std::optional<SeenScan> newest_scan_;
   std::string map_id_, map_summary_;
-  std::optional<Eigen::Vector3d> asked_place_;  ///< of the last pose from outside [m]
+  std::optional<Eigen::Vector3d> place_;  ///< where the robot was last, or was said or found to be [m]
+  WiderSearch wider_search_;
   std::optional<ttsdf_localization::TtSdfMap> map_message_;
   std::optional<LocalizationUpdate> global_outcome_;  ///< of the last global localization
   std::optional<geometry_msgs::PoseWithCovarianceStamped>

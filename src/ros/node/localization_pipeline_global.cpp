@@ -35,6 +35,26 @@ void LocalizationPipeline::startGlobal(const SeenScan& seen) {
   publishStatus(std::move(status), ros::Time::now(), false);
 }
 
+void LocalizationPipeline::runGlobal(GlobalJob& job, const ProgressCallback& progress) {
+  WiderSearch search;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    search = wider_search_;
+  }
+  if (!search.find) {
+    job.run(progress);
+    return;
+  }
+  job.runWith(search.find, progress);
+  if (!job.result().success) return;
+  const Eigen::Vector3d found = job.T_map_base().translation();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    place_ = found;
+  }
+  search.bring(found, progress);  // the scans that confirm the place come at once
+}
+
 void LocalizationPipeline::onGlobalProgress(double share) {
   const ros::WallTime now = ros::WallTime::now();
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -48,6 +68,8 @@ void LocalizationPipeline::onGlobalProgress(double share) {
 void LocalizationPipeline::onGlobalDone(const GlobalJob& job) {
   const std::lock_guard<std::mutex> lock(mutex_);
   global_outcome_ = localizer_.localizer().finishGlobal(job);
+  const std::string remark = wider_search_.remark ? wider_search_.remark() : std::string();
+  if (!remark.empty()) global_outcome_->message += "; " + remark;
   ros::Time stamp;
   stamp.fromSec(job.scan().stamp);
   publishStatus(toStatus(*global_outcome_), stamp, false);

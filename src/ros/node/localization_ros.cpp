@@ -69,6 +69,8 @@ LocalizationRos::~LocalizationRos() {
   for (const auto& spinner : spinners_) spinner->stop();
   scans_.reset();
   map_source_.reset();
+  if (atlas_source_) atlas_source_->stop();
+  pipeline_.setWiderSearch({});  // it uses the source
   atlas_source_.reset();
   if (std::optional<PoseGuess> pose = pipeline_.trackedPose()) pose_saver_.put(std::move(*pose));
 }
@@ -99,10 +101,19 @@ void LocalizationRos::subscribe() {
   };
   map_source_ =
       std::make_unique<MapSource>(scan_node_, options_.map, options_.localizer.registration, loaded, failed);
-  if (options_.map.map_source == "atlas") {
+  if (options_.map.map_source == "atlas" || options_.map.map_source == "atlas_server") {
     try {
       atlas_source_ =
-          std::make_unique<AtlasSource>(options_.map, options_.localizer.registration, loaded, failed);
+          std::make_unique<AtlasSource>(scan_node_, options_.map, options_.localizer, loaded, failed);
+      pipeline_.setWiderSearch(
+          {[this](const ScanPoints& points, const std::optional<Eigen::Vector3d>& gravity,
+                  const ProgressCallback& progress) {
+             return atlas_source_->find(points, gravity, progress);
+           },
+           [this](const Eigen::Vector3d& place, const ProgressCallback& progress) {
+             return atlas_source_->bring(place, progress);
+           },
+           [this] { return atlas_source_->remark(); }});
     } catch (const std::exception& error) {
       failed(error.what());  // as of a map file that cannot be read
     }
@@ -170,7 +181,11 @@ void LocalizationRos::watch() {
     const std::string waiting = paused_ ? std::string() : warnWhenQuiet(pipeline_.view().scans);
     pipeline_.tick(waiting);
     if (atlas_source_) {
-      if (const auto place = pipeline_.place()) atlas_source_->want(*place);
+      if (const auto place = pipeline_.place()) {
+        atlas_source_->want(*place);
+      } else {
+        atlas_source_->wantAny();
+      }
       diagnostics_.setAtlas(atlas_source_->status());
     }
     const LocalizationPipeline::View view = pipeline_.view();
