@@ -69,7 +69,9 @@ class StartStop(unittest.TestCase):
         manager = self.start('nodelet', 'nodelet', 'manager', '__name:=lasting_manager')
         for _ in range(TIMES):
             loader = self.load('lasting_manager')
-            time.sleep(self.random.uniform(0.3, 1.0))
+            # A loader that ends before its answer is there leaves the nodelet loaded until their bond breaks.
+            rospy.wait_for_service('localization/reset', SECONDS_TO_STOP)
+            time.sleep(self.random.uniform(0.1, 0.8))
             self.stop(loader, signal.SIGINT)  # unloads what it loaded
             self.assertIsNone(manager.poll(), 'the manager ended')
         time.sleep(2.0)  # the last bond is broken
