@@ -151,7 +151,7 @@ set(examples)
 if(TTSDF_DEPTH_TO_CLOUD)
   set(examples robot_example handheld_example)
 endif()
-foreach(behaviour two_robots bad_parameters ${examples})
+foreach(behaviour two_robots bad_parameters start_stop ${examples})
   ttsdf_rostest(${behaviour}.test DEPENDS test_maps localization_node ttsdf_localization_nodelet
     ARGS map_dir:=${TTSDF_TEST_MAPS})
 endforeach()

@@ -121,7 +121,9 @@ void Localizer::timeJumpedBack() {
     guess.widen = true;
     guesses.push_back(std::move(guess));
   }
-  if (start_guess_) {
+  if (!believed_ && !guesses_.empty()) {  // the same jump again: clock, scans and transforms all show it
+    guesses = guesses_;
+  } else if (start_guess_) {
     PoseGuess guess = *start_guess_;
     guess.stamp = std::numeric_limits<double>::quiet_NaN();
     guess.T_odom_base.reset();

@@ -45,9 +45,12 @@ LocalizationUpdate Localizer::searchAround(const LocalizerScan& scan,
     const Matrix6d covariance = movedCovariance(
         candidate.covariance, T_map_sensor.translation() - candidate.T_map_base.translation());
     RegistrationResult result = searchNear(*registration_, scan.points, T_map_sensor, search, covariance);
-    if (best.registered && !(result.score < best.registration.score)) continue;
     const PoseError jump = poseError(T_map_sensor, result.T_map_sensor);
     const bool near = deviation(result.T_map_sensor, T_map_sensor, covariance) <= kMaxDeviation;
+    // A fit that may be meant comes before one that may not, whatever their scores.
+    const bool best_near = best.registered && best.reason == RefusalReason::kNone;
+    if (best.registered && (near != best_near ? best_near : !(result.score < best.registration.score)))
+      continue;
     best.reason = near ? RefusalReason::kNone : RefusalReason::kJump;
     best.message = near ? "" : "the best fit lies too far away (" + figures(jump) + ") to be meant";
     best.registration = std::move(result);

@@ -16,7 +16,7 @@ namespace {
 template <class T>
 std::vector<T> valuesOf(const FileBytes& file) {
   std::vector<T> values(file.size() / sizeof(T));
-  std::memcpy(values.data(), file.begin(), values.size() * sizeof(T));
+  if (!values.empty()) std::memcpy(values.data(), file.begin(), values.size() * sizeof(T));
   return values;
 }
 

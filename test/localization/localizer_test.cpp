@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <string>
 
 #include "../support/room.h"
 #include "ttsdf_localization/localization/pose_covariance.h"
@@ -324,6 +325,31 @@ TEST(Localizer, GoesOnAfterTheClockJumpedBack) {
   for (int n = 0; n < 8; ++n) update = t.localizer.process(t.walk.scan(n));
   ASSERT_TRUE(update.pose_valid) << update.message;
   expectNear(update.T_map_base, t.walk.pose(0.7), 0.02, 0.01);
+}
+
+// The clock, the scans and the transforms show the same jump one after the other.
+TEST(Localizer, KeepsTheLastPoseThroughAJumpThatIsNoticedTwice) {
+  Tracking t;
+  ASSERT_EQ(t.localizer.state(), LocalizerState::kTracking);
+  t.localizer.timeJumpedBack();
+  t.localizer.timeJumpedBack();
+  LocalizerScan covered = t.walk.scan(0);
+  covered.points.resize(3, 0);
+  const std::string message = t.localizer.process(covered).message;
+  EXPECT_EQ(message.find("last pose before the time jump, test: "), 0U) << message;
+}
+
+// Far from the start the search around the start pose may find a better score a metre off, which nobody meant.
+TEST(Localizer, GoesOnFromTheLastPoseFarFromTheStartAfterAJump) {
+  Tracking t;
+  for (int n = 0; n < 30; ++n, ++t.next) t.localizer.process(t.walk.scan(t.next));
+  ASSERT_EQ(t.localizer.state(), LocalizerState::kTracking);
+  const Eigen::Isometry3d place = t.walk.pose(0.1 * t.next);
+  t.localizer.timeJumpedBack();
+  LocalizationUpdate update;
+  for (int n = 0; n < 8; ++n) update = t.localizer.process(t.walk.scanAt(n, place));
+  ASSERT_TRUE(update.pose_valid) << update.message;
+  expectNear(update.T_map_base, place, 0.02, 0.01);
 }
 
 TEST(Localizer, KeepsThePoseWhenTheMapIsReplaced) {

@@ -10,13 +10,15 @@
 #include <ros/ros.h>
 #include <rosgraph_msgs/Clock.h>
 #include <std_srvs/Trigger.h>
-#include <sys/resource.h>
 #include <tf2_msgs/TFMessage.h>
+#include <unistd.h>
 
+#include <Eigen/Eigenvalues>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <deque>
+#include <fstream>
 #include <map>
 #include <random>
 #include <thread>
@@ -37,6 +39,8 @@ constexpr int kPlaces = 120;        // on the way round the room
 constexpr double kPeriod = 0.1;     // [s] between scans
 constexpr double kStart = 1000.0;   // [s]
 constexpr double kGoodPose = 0.10;  // [m]
+constexpr int kMemoryLooks = 10;    // in the whole run
+constexpr double kSigmas = 3.0;     // a pose further off that says so by its covariance is not called good
 
 enum class Fault {
   kNone,
@@ -52,9 +56,12 @@ enum class Fault {
   kUnknownFrame,
   kDuplicates,
   kReordered,
+  kLateScans,
   kLateOdometry,
   kNoOdometry,
   kSlowOdometry,
+  kSlowLateOdometry,
+  kTransformsTwice,
   kBadTransform,
   kClockBack,
   kClockForward,
@@ -75,9 +82,12 @@ const char* const kNames[] = {"none",
                               "unknown frame",
                               "scans twice",
                               "scans in the wrong order",
+                              "scans up to 1 s late",
                               "odometry up to 1 s late",
                               "odometry silent for 3 s",
                               "odometry at 1 Hz",
+                              "odometry at 2 Hz, up to 1 s late",
+                              "transforms twice, old ones last",
                               "transforms with NaN",
                               "clock back (loop)",
                               "clock 30 s forward",
@@ -113,6 +123,8 @@ double secondsOf(Fault fault) {
     case Fault::kNoOdometry:
     case Fault::kLateOdometry:
     case Fault::kSlowOdometry:
+    case Fault::kSlowLateOdometry:
+    case Fault::kLateScans:
       return 3.0;
     default:
       return 1.0;
@@ -137,7 +149,6 @@ class Run {
   Run(const std::string& map, const std::string& other, int scans, double speed, unsigned one_in,
       unsigned seed)
       : maps_{map, other}, scans_(scans), speed_(speed), one_in_(one_in), random_(seed), private_node_("~") {
-    ros::param::set("/use_sim_time", true);
     private_node_.setParam("map_file", map);
     private_node_.setParam("recovery/allow_global", false);
     clock_ = node_.advertise<rosgraph_msgs::Clock>("/clock", 10);
@@ -172,7 +183,6 @@ class Run {
     LocalizationRos localizer(node_, private_node_, "localization");
     wait([this] { return !map_id_.empty(); });
     givePose();
-    const long memory_before = memory();
     for (sent_ = 0; sent_ < scans_ && ros::ok(); ++sent_) step();
     end(Wall::now());
     std::printf(
@@ -184,12 +194,16 @@ class Run {
                   mustBeSaid(static_cast<Fault>(n)) ? "yes" : "no", row.said, row.slowest, row.lost);
     }
     std::printf(
-        "scans %d, poses %d, poses off by more than %.2f m: %d (worst %.3f m), transforms sent in a state "
+        "scans %d, poses %d, poses off by more than %.2f m: %d (worst %.3f m), of them beyond 3 sigma of "
+        "their covariance: %d, transforms sent in a state "
         "without: %d, "
-        "faults said too late or not: %d, memory %+ld kB\n",
-        sent_.load(), poses_, kGoodPose, bad_poses_, worst_, bad_transforms_.load(), unsaid_,
-        memory() - memory_before);
-    return bad_poses_ + bad_transforms_.load() + unsaid_ == 0 ? 0 : 1;
+        "faults said too late or not: %d, states other than tracking without a fault: %d\n",
+        sent_.load(), poses_, kGoodPose, far_poses_, worst_, bad_poses_, bad_transforms_.load(), unsaid_,
+        false_alarms_);
+    std::printf("memory [MB] after each %d scans:", std::max(1, scans_ / kMemoryLooks));
+    for (const double megabytes : memory_) std::printf(" %.1f", megabytes);
+    std::printf("\n");
+    return bad_poses_ + bad_transforms_.load() + unsaid_ + false_alarms_ == 0 ? 0 : 1;
   }
 
  private:
@@ -204,10 +218,15 @@ class Run {
     }
   }
 
-  static long memory() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return usage.ru_maxrss;
+  /// Of this process, as it is now [MB].
+  static double memory() {
+    long size = 0, resident = 0;
+    std::ifstream("/proc/self/statm") >> size >> resident;
+    return static_cast<double>(resident * sysconf(_SC_PAGESIZE)) / 1e6;
+  }
+
+  void noteMemory() {
+    if ((sent_ + 1) % std::max(1, scans_ / kMemoryLooks) == 0) memory_.push_back(memory());
   }
 
   void setClock(double now) {
@@ -232,6 +251,7 @@ class Run {
     const Wall::time_point begin = Wall::now();
     if (fault_ != Fault::kNone && now_ > fault_end_) end(begin);
     if (fault_ == Fault::kNone && now_ > quiet_until_ && tracking_ && random_() % one_in_ == 0) inject();
+    calm_ = fault_ == Fault::kNone && now_ > quiet_until_;
     if (fault_ == Fault::kNone && now_ > quiet_until_ && !tracking_ && now_ - last_pose_given_ > 5.0) {
       last_pose_given_ = now_;
       givePose();
@@ -239,11 +259,14 @@ class Run {
     place_ = (place_ + 1) % kPlaces;
     sendOdometry();
     sendScan();
+    sendLateScans();
+    noteMemory();
     std::this_thread::sleep_until(
         begin + std::chrono::duration_cast<Wall::duration>(std::chrono::duration<double>(kPeriod / speed_)));
   }
 
   void inject() {
+    calm_ = false;
     fault_ = static_cast<Fault>(1 + random_() % (static_cast<unsigned>(Fault::kCount) - 1));
     fault_end_ = now_ + secondsOf(fault_);
     fault_begin_ = Wall::now();
@@ -253,11 +276,13 @@ class Run {
       was_lost_ = false;
     }
     ++rows_[static_cast<int>(fault_.load())].injected;
+    ROS_INFO("scan %d: %s", sent_.load(), kNames[static_cast<int>(fault_.load())]);
     switch (fault_) {
       case Fault::kClockBack: {
         const std::lock_guard<std::mutex> lock(mutex_);
         truth_.clear();
         late_.clear();
+        late_scans_.clear();
         now_ = kStart;
         fault_end_ = now_ + 1.0;
         break;
@@ -321,11 +346,26 @@ class Run {
     }
     if (during(Fault::kNoOdometry)) return;
     if (during(Fault::kSlowOdometry) && sent_ % 10 != 0) return;
-    const double delay = during(Fault::kLateOdometry) ? 0.1 * static_cast<double>(random_() % 10) : 0.0;
+    if (during(Fault::kSlowLateOdometry) && sent_ % 5 != 0) return;
+    const bool is_late = during(Fault::kLateOdometry) || during(Fault::kSlowLateOdometry);
+    const double delay = is_late ? 0.1 * static_cast<double>(random_() % 10) : 0.0;
     late_.emplace_back(std::max(now_ + delay, late_.empty() ? 0.0 : late_.back().first), message);
     while (!late_.empty() && late_.front().first <= now_ + 1e-6) {
       tf_.publish(late_.front().second);
+      if (during(Fault::kTransformsTwice)) {
+        tf_.publish(late_.front().second);
+        if (last_transform_) tf_.publish(*last_transform_);
+      }
+      last_transform_ = late_.front().second;
       late_.pop_front();
+    }
+  }
+
+  void sendLateScans() {
+    for (auto it = late_scans_.begin(); it != late_scans_.end();) {
+      const bool due = it->first <= now_ + 1e-6;
+      if (due) cloud_.publish(it->second);
+      it = due ? late_scans_.erase(it) : std::next(it);
     }
   }
 
@@ -383,6 +423,9 @@ class Run {
         cloud_.publish(*held_);
         held_.reset();
         return;
+      case Fault::kLateScans:
+        late_scans_.emplace_back(now_ + 0.1 * static_cast<double>(random_() % 10), cloud);
+        return;
       default:
         break;
     }
@@ -409,14 +452,26 @@ class Run {
         (fromMessage(pose->pose.pose).translation() - placeOf(truth->second).translation()).norm();
     worst_ = std::max(worst_, error);
     if (error <= kGoodPose) return;
+    ++far_poses_;
+    const Eigen::Vector3d sigma = Eigen::Map<const Eigen::Matrix<double, 6, 6>>(pose->pose.covariance.data())
+                                      .topLeftCorner<3, 3>()
+                                      .selfadjointView<Eigen::Lower>()
+                                      .eigenvalues()
+                                      .cwiseSqrt();
+    if (error <= kSigmas * sigma.maxCoeff()) return;
     ++bad_poses_;
-    std::printf("pose off by %.3f m at scan %d during: %s\n", error, sent_.load(),
-                kNames[static_cast<int>(fault_.load())]);
+    std::printf("pose off by %.3f m, sigma %.3f m, at scan %d during: %s\n", error, sigma.maxCoeff(),
+                sent_.load(), kNames[static_cast<int>(fault_.load())]);
   }
 
   void onStatus(const ttsdf_localization::LocalizationStatusConstPtr& status) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!status->map_id.empty()) map_id_ = status->map_id;
+    if (calm_ && tracking_ && status->state != Status::TRACKING) {
+      ++false_alarms_;
+      std::printf("%s without a fault, scan %d: %s\n", status->state_name.c_str(), sent_.load(),
+                  status->message.c_str());
+    }
     tracking_ = status->state == Status::TRACKING;
     const bool sends = tracking_ || status->state == Status::DEGRADED || status->state == Status::PAUSED;
     if (!sends && sends_) silent_since_ = Wall::now();
@@ -471,6 +526,8 @@ class Run {
   std::vector<sensor_msgs::PointCloud2> clouds_;
   std::optional<sensor_msgs::PointCloud2> held_;
   std::deque<std::pair<double, tf2_msgs::TFMessage>> late_;
+  std::deque<std::pair<double, sensor_msgs::PointCloud2>> late_scans_;
+  std::optional<tf2_msgs::TFMessage> last_transform_;
   Eigen::Isometry3d T_map_odom_ = Eigen::Isometry3d::Identity();
   double now_ = kStart, fault_end_ = 0.0, quiet_until_ = kStart + 10.0, last_pose_given_ = kStart;
   int place_ = 0, map_ = 0;
@@ -482,12 +539,14 @@ class Run {
   std::optional<Wall::time_point> early_transform_;
   static constexpr std::chrono::milliseconds kOnItsWay{300};
   bool said_ = false, was_lost_ = false, sends_ = false;
-  std::atomic<bool> tracking_{false};
+  std::atomic<bool> tracking_{false}, calm_{false};
+  int false_alarms_ = 0;
+  std::vector<double> memory_;
   double said_after_ = 0.0;
   std::map<std::uint64_t, int> truth_;
   std::string map_id_;
   std::map<int, Row> rows_;
-  int poses_ = 0, bad_poses_ = 0, unsaid_ = 0;
+  int poses_ = 0, far_poses_ = 0, bad_poses_ = 0, unsaid_ = 0;
   std::atomic<int> bad_transforms_{0};
   double worst_ = 0.0;
 };
@@ -497,6 +556,8 @@ class Run {
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "localization");
+  // Before the first NodeHandle: roscpp asks for it once, when that is made.
+  ros::param::set("/use_sim_time", true);
   std::string map, other;
   int scans = 3000;
   double speed = 4.0;

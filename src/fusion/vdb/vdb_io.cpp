@@ -11,6 +11,8 @@
 #include "ttsdf_localization/build_steps/extent.h"
 #include "ttsdf_localization/fusion/tsdf_volume_grids.h"
 #include "ttsdf_localization/geometry/local_origin.h"
+#include "ttsdf_localization/readers/child_process.h"
+#include "ttsdf_localization/readers/file_bytes.h"
 #include "vdb_import.h"
 #include "vdb_reader.h"
 
@@ -24,21 +26,26 @@ constexpr int kVersion = 1;
   throw std::runtime_error("VDB file '" + path + "': " + what);
 }
 
-/// One grid at a time, so that the volume is not in memory twice.
+/// One grid at a time, so that the volume is not in memory twice; in a process of its own: of a file that was
+/// cut off OpenVDB reads lengths of gigabytes.
 void checkWritten(const std::string& temporary, const std::vector<openvdb::GridBase::ConstPtr>& grids,
                   const std::string& path) {
   try {
-    openvdb::io::File file(temporary);
-    file.open(false);
-    for (const auto& grid : grids) {
-      if (file.readGrid(grid->getName())->activeVoxelCount() != grid->activeVoxelCount())
-        throw std::runtime_error("grid '" + grid->getName() + "' differs");
-    }
+    runInChild("what was written", limitsForFile(temporary), [&] {
+      openvdb::io::File file(temporary);
+      file.open(false);
+      for (const auto& grid : grids) {
+        if (file.readGrid(grid->getName())->activeVoxelCount() != grid->activeVoxelCount())
+          throw std::runtime_error("grid '" + grid->getName() + "' differs");
+      }
+      return std::string();
+    });
   } catch (const std::exception& error) {
     std::error_code ignored;
     const auto space = std::filesystem::space(temporary, ignored);
-    fail(path, std::string("cannot be written: read back it is not what was written (") + error.what() +
-                   "); " + std::to_string(space.available / 1000000) + " MB are free on the disk");
+    fail(path, std::string("cannot be written: read back it is not what was written (") +
+                   std::string(shown(std::string_view(error.what()).substr(0, 200))) + "); " +
+                   std::to_string(space.available / 1000000) + " MB are free on the disk");
   }
 }
 

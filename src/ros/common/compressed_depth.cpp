@@ -148,7 +148,7 @@ Pixels decodeRvl(const std::uint8_t* bytes, std::size_t size) {
   checkExtent(pixels.width, pixels.height);
   RvlReader in(bytes + 8, size - 8);
   const std::size_t count = std::size_t{pixels.width} * pixels.height;
-  std::int32_t previous = 0;
+  std::uint32_t previous = 0;  // modulo 2^32: differences of a damaged image add up to anything
   while (pixels.values.size() < count) {
     const std::size_t zeros = in.number(), readings = in.number();
     if (zeros + readings == 0 || zeros + readings > count - pixels.values.size())
@@ -156,7 +156,7 @@ Pixels decodeRvl(const std::uint8_t* bytes, std::size_t size) {
     pixels.values.resize(pixels.values.size() + zeros, 0);
     for (std::size_t n = 0; n < readings; ++n) {
       const std::uint32_t zigzag = in.number();
-      previous += static_cast<std::int32_t>(zigzag >> 1) ^ -static_cast<std::int32_t>(zigzag & 1U);
+      previous += (zigzag >> 1) ^ (0U - (zigzag & 1U));
       pixels.values.push_back(static_cast<std::uint16_t>(previous));
     }
   }

@@ -113,8 +113,9 @@ std::optional<ScanOutcome> ScanLocalizer::next(const ros::Time& now, bool newest
   return outcome;
 }
 
-std::optional<LocalizationUpdate> ScanLocalizer::pass(double seconds) {
-  silence_ += std::max(0.0, seconds);
+void ScanLocalizer::passTime(double seconds) { silence_ += std::max(0.0, seconds); }
+
+std::optional<LocalizationUpdate> ScanLocalizer::checkSilence() {
   return localizer_.withoutScans(silence_, usual_interval_);
 }
 

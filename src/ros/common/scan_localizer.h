@@ -49,8 +49,10 @@ class ScanLocalizer {
 
   /// Works on the next scan of the queue; empty: none can be used yet. `newest`: older ones are passed over.
   std::optional<ScanOutcome> next(const ros::Time& now, bool newest = false, bool at_end = false);
-  /// So much time went by [s]. What changes by it where no scan comes.
-  std::optional<LocalizationUpdate> pass(double seconds);
+  /// So much time went by [s]; before next(), so that no time from before a scan counts as silence after it.
+  void passTime(double seconds);
+  /// What changes where no scan comes.
+  std::optional<LocalizationUpdate> checkSilence();
 
   /// A pose from outside; the motion since its stamp is added when a scan comes.
   void usePose(PoseRequest request);

@@ -1,5 +1,6 @@
 #include "ros/node/localization_pipeline.h"
 
+#include <algorithm>
 #include <exception>
 #include <stdexcept>
 #include <utility>
@@ -12,6 +13,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kLook{50};  // between two looks at the queue without news
 constexpr std::chrono::microseconds kTurn{200};
+constexpr double kFastestClock = 20.0;                  // times real time
 constexpr std::chrono::milliseconds kMostBacklog{150};  // busy for longer: only the newest scan counts
 
 TfOutput::Options tfOptions(const LocalizationRosOptions& options) {
@@ -43,7 +45,7 @@ LocalizationPipeline::LocalizationPipeline(ros::NodeHandle& node, const Localiza
       tf_output_(node, tfOptions(options)),
       localizer_(options),
       output_(node, options),
-      last_tick_(ros::Time::now()) {
+      last_look_(ros::Time::now()) {
   status_ = currentStatus();
   global_worker_ = std::make_unique<GlobalWorker>(GlobalWorker::Callbacks{
       [this](GlobalJob& job, const ProgressCallback& go_on) { runGlobal(job, go_on); },
@@ -133,6 +135,7 @@ bool LocalizationPipeline::workOnNext() {
   if (busy_since_ == Clock::time_point()) busy_since_ = begin;
   std::optional<ScanOutcome> outcome;
   try {
+    localizer_.passTime(secondsSinceLastLook());
     outcome = localizer_.next(ros::Time::now(), begin - busy_since_ > kMostBacklog);
     if (!outcome) return false;
     handle(std::move(*outcome));
@@ -313,7 +316,7 @@ void LocalizationPipeline::restart(const std::string& why) {
   newest_scan_.reset();
   localizer_.restart();
   output_.clearPath();
-  last_tick_ = ros::Time::now();
+  last_look_ = ros::Time::now();
   Status status = currentStatus();
   status.reason = Status::REASON_TIME_JUMP;
   status.message = why;
@@ -349,9 +352,10 @@ void LocalizationPipeline::announce(std::uint8_t reason, const std::string& mess
 
 void LocalizationPipeline::tick(const std::string& scans_waiting) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const double seconds = secondsSinceLastTick();
+  const double seconds = secondsSinceLastLook();
   if (paused_) return;
-  if (const std::optional<LocalizationUpdate> update = localizer_.pass(seconds)) {
+  localizer_.passTime(seconds);
+  if (const std::optional<LocalizationUpdate> update = localizer_.checkSilence()) {
     if (update->state == LocalizerState::kLost) tf_output_.stop();
     Status status = toStatus(*update);
     if (!scans_waiting.empty()) {
@@ -368,16 +372,15 @@ void LocalizationPipeline::tick(const std::string& scans_waiting) {
   }
 }
 
-/// A clock that steps forward is no silent camera, and a simulated one may run ten times as fast as time
+/// A clock that steps forward is no silent camera, and a simulated one may run many times as fast as time
 /// does.
-double LocalizationPipeline::secondsSinceLastTick() {
+double LocalizationPipeline::secondsSinceLastLook() {
   const ros::Time now = ros::Time::now();
   const Clock::time_point steady = Clock::now();
-  const double seconds = ros::Time::isSimTime()
-                             ? (now - last_tick_).toSec()
-                             : std::chrono::duration<double>(steady - last_steady_tick_).count();
-  last_tick_ = now;
-  last_steady_tick_ = steady;
+  double seconds = std::chrono::duration<double>(steady - last_steady_look_).count();
+  if (ros::Time::isSimTime()) seconds = std::min((now - last_look_).toSec(), kFastestClock * seconds);
+  last_look_ = now;
+  last_steady_look_ = steady;
   return seconds;
 }
 

@@ -126,7 +126,7 @@ class LocalizationPipeline {
   void publishUpdate(const LocalizationUpdate& update, const SeenScan& seen);
   void publishStatus(Status status, const ros::Time& stamp, bool of_a_scan);
   Status currentStatus() const;
-  double secondsSinceLastTick();
+  double secondsSinceLastLook();
   std::string whatIsAwaited() const;
 
   // localization_pipeline_global.cpp
@@ -160,8 +160,8 @@ class LocalizationPipeline {
   Status status_;  ///< last one published
   bool paused_ = false;
   ros::WallTime last_progress_, last_waiting_status_;
-  ros::Time last_tick_;
-  std::chrono::steady_clock::time_point last_steady_tick_ = std::chrono::steady_clock::now();
+  ros::Time last_look_;
+  std::chrono::steady_clock::time_point last_steady_look_ = std::chrono::steady_clock::now();
 
   mutable std::mutex counts_mutex_;  ///< never held while another one is taken
   ScanCounts counts_;

@@ -136,8 +136,10 @@ void ScanInput::onImage(Topic& topic, const sensor_msgs::ImageConstPtr& image) {
 void ScanInput::take(Topic& topic, const std_msgs::Header& header,
                      const std::function<ConvertedCloud(const CloudOptions&)>& convert) {
   // Without simulated time a looping bag shows in the stamps only; a stamp ahead of the clock is refused
-  // below.
-  if (header.stamp <= ros::Time::now() && topic.stamps.stampsJumped(header.stamp))
+  // below. A jump of the clock is noticed elsewhere, and must not be noticed again here.
+  const ros::Time now = ros::Time::now();
+  topic.stamps.clockJumped(now);
+  if (header.stamp <= now && topic.stamps.stampsJumped(header.stamp))
     callbacks_.jumped("the stamps of '" + topic.scans.getTopic() + "' went back");
   if (!callbacks_.arrived()) return;
   CloudOptions options;

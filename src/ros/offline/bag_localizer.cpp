@@ -62,8 +62,9 @@ void BagLocalizer::add(const std_msgs::Header& header,
 void BagLocalizer::advance(const ros::Time& time) {
   const double seconds = now_.isZero() ? 0.0 : (time - now_).toSec();
   now_ = time;
+  localizer_.passTime(std::clamp(seconds, 0.0, kLongestStep));
   workOnScans(false);
-  localizer_.pass(std::clamp(seconds, 0.0, kLongestStep));
+  localizer_.checkSilence();
 }
 
 void BagLocalizer::finish() { workOnScans(true); }

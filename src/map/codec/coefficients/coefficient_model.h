@@ -32,7 +32,7 @@ class CoefficientModel {
   static constexpr int kOne = 256;       ///< a magnitude of 1 in averages
 
   /// Half octaves; 16 is one.
-  static int level(std::int32_t scaled) {
+  static int level(std::int64_t scaled) {
     int result = 0;
     // 2^((result - 9) / 2) <= scaled / 16
     static constexpr std::int32_t kFrom[kLevels] = {1,   2,   3,   4,   5,    6,    8,    11,
@@ -77,7 +77,7 @@ std::int32_t CoefficientModel<Coder>::magnitude(std::int32_t known) {
 
 template <class Coder>
 void CoefficientModel<Coder>::code(CoefficientBlock& block) {
-  const auto [n0, n1, n2] = block.extents;
+  const int n0 = block.extents[0], n1 = block.extents[1], n2 = block.extents[2];
   const auto rows = static_cast<std::size_t>(n0), columns = static_cast<std::size_t>(n1);
   const auto at = [&](int a, int b, int c) -> std::int32_t {
     if (a < 0 || b < 0 || c < 0 || a >= n0 || b >= n1) return 0;
@@ -103,11 +103,11 @@ void CoefficientModel<Coder>::code(CoefficientBlock& block) {
             2 * at(a - 1, b, c) + 2 * at(a, b - 1, c) + at(a - 1, b - 1, c) + at(a + 1, b - 1, c);
         const std::int32_t around =
             at(a + 1, b, c - 1) + at(a, b + 1, c - 1) + at(a - 1, b, c - 1) + at(a, b - 1, c - 1);
-        const std::int32_t earlier = (2 * before + two_before) * kOne / 3;
-        const std::int32_t expected = (5 * same + 5 * earlier + 10 * along + 6 * across[ua] +
+        const std::int64_t earlier = (2 * std::int64_t{before} + two_before) * kOne / 3;
+        const std::int64_t expected = (5 * std::int64_t{same} + 5 * earlier + 10 * along + 6 * across[ua] +
                                        3 * column_before[ub] + 3 * row_before[ua]) /
                                       32;
-        const auto of = [](std::int32_t average) { return level(average / 16); };
+        const auto of = [](std::int64_t average) { return level(average / 16); };
         set_ = of(expected);
         contexts_ = {pair(of(same), level(16 * before)),
                      pair(of(row[ua]), of(column[ub])),
