@@ -121,7 +121,7 @@ void Localizer::timeJumpedBack() {
     guess.widen = true;
     guesses.push_back(std::move(guess));
   }
-  if (!believed_ && !guesses_.empty()) {  // the same jump again: clock, scans and transforms all show it
+  if (!last_valid_ && !guesses_.empty()) {  // the same jump again: clock, scans and transforms all show it
     guesses = guesses_;
   } else if (start_guess_) {
     PoseGuess guess = *start_guess_;

@@ -157,11 +157,11 @@ void Registration::Impl::restart(std::vector<Hypothesis>& all) {
     consider(approach(heldToPrior(candidate.T_map_sensor)), kMargin, all);
 }
 
-Eigen::Isometry3d Registration::Impl::pullIn(const Eigen::Isometry3d& T_start) {
+Eigen::Isometry3d Registration::Impl::pullIn(const Eigen::Isometry3d& T_start, double most) {
   const NormalEquations start = linearize(*long_range_, coarse_, coarse_.size(), T_start, ResidualModel());
   ++iterations_;
   if (start.valid == 0) return T_start;
-  const double widest = std::min(scales_.widest, kScalePerRms * std::sqrt(start.squares / start.valid));
+  const double widest = std::min(most, kScalePerRms * std::sqrt(start.squares / start.valid));
   DescentOptions descent;
   for (double scale = widest; scale > scales_.near_second; scale *= kScaleFactor) {
     descent.scales.insert(descent.scales.end(), kStepsPerScale, scale);

@@ -150,10 +150,16 @@ void Registration::Impl::solveNear(RegistrationResult& result) {
   std::vector<Hypothesis> all{approach(T_prior)};
   if (pulls_in_ && badness(all.front()) > kFinePart * options_.restart_score) {
     coarse_.assign(scan_, kCoarsePoints);
-    const Eigen::Isometry3d T_far = heldToPrior(pullIn(T_prior));
-    const PoseError apart = poseError(T_far, all.front().stage.T_map_sensor);
-    if (apart.translation > scales_.tolerance || apart.rotation * scales_.lever > scales_.tolerance)
-      consider(approach(T_far), 0.0, all);
+    // Wide for a start that is far off; narrow where most of the scan is not mapped, and pulls elsewhere.
+    for (const double widest : {scales_.widest, scales_.near_first}) {
+      const Eigen::Isometry3d T_far = heldToPrior(pullIn(T_prior, widest));
+      const auto same = [&](const Hypothesis& h) {
+        const PoseError apart = poseError(T_far, h.stage.T_map_sensor);
+        return apart.translation + apart.rotation * scales_.lever <= scales_.tolerance;
+      };
+      if (std::none_of(all.begin(), all.end(), same))
+        consider(approach(T_far), widest == scales_.widest ? 0.0 : kMargin, all);
+    }
     if (options_.restarts > 0 && badness(all.front()) > options_.restart_score) restart(all);
   }
   const RegistrationResult blank = result;

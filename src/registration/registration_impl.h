@@ -78,8 +78,9 @@ class Registration::Impl {
   /// A local minimum shows by its score: descend again from poses around the prior and keep what explains the
   /// scan best.
   void restart(std::vector<Hypothesis>& all);
-  /// Descends in the far field. The widest kernel is a few times the residual of the start.
-  Eigen::Isometry3d pullIn(const Eigen::Isometry3d& T_start);
+  /// Descends in the far field. The widest kernel is a few times the residual of the start, `most` [m] at
+  /// the most.
+  Eigen::Isometry3d pullIn(const Eigen::Isometry3d& T_start, double most);
 
   // acceptance.cpp
   /// What the scan says about a degenerate direction is worth little, or nothing at all.

@@ -72,6 +72,11 @@ class LaunchFiles(unittest.TestCase):
             parameters = self.parameters(file, own, *arguments)
             self.assertEqual(parameters["/localization/recovery/coast_seconds"], 7.5)
             self.assertIn("/localization/cloud/max_range", parameters)  # of the preset
+        own = self.config(gates={"min_inlier_ratio": 0.11}, cloud={"max_range": 2.5})  # which the camera sets, too
+        parameters = self.parameters("depth_camera.launch", own, "camera:=realsense_d435")
+        self.assertEqual(parameters["/localization/gates/min_inlier_ratio"], 0.11)
+        self.assertEqual(parameters["/localization/cloud/max_range"], 2.5)
+        self.assertEqual(parameters["/localization/cloud/min_range"], 0.28)
         built = self.parameters("depth_camera.launch", "camera:=kinect", "mode:=build_map", self.config(selection={"every": 9}))
         self.assertEqual(built["/map_builder/selection/every"], 9)
 
