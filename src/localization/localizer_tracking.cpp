@@ -1,5 +1,6 @@
 // Tracking: a scan near its prior is registered, checked, weighed against the prior, and believed or refused.
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -130,7 +131,10 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
 
 Refusal Localizer::checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const {
   if (result.degenerate_directions == 0) return {};
-  const double sigma = motion_.guessedSigma(scan);
+  // A scan may bound a direction that it does not fix.
+  const Eigen::Matrix3d position = result.covariance.bottomRightCorner<3, 3>();
+  const double bound = std::sqrt(position.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff());
+  const double sigma = std::min(motion_.guessedSigma(scan), bound);
   if (sigma <= options_.gates.max_guessed_translation) return {};
   char text[192];
   std::snprintf(

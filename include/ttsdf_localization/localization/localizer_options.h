@@ -26,8 +26,8 @@ struct GateOptions {
   double recovery_score_margin = 0.15;   ///< score against its usual value, after a search near the last pose
   double max_jump_translation = 0.5;     ///< pose against its prior [m]
   double max_jump_rotation = 0.35;       ///< [rad]
-  double max_guessed_translation = 0.05;  ///< without odometry, along directions that scans do not fix [m]
-  int max_degenerate_directions = 3;      ///< one wall or a floor leaves 3, a corridor 1
+  double max_guessed_translation = 0.1;  ///< without odometry, along directions that scans do not fix [m]
+  int max_degenerate_directions = 3;     ///< one wall or a floor leaves 3, a corridor 1
 };
 const OptionTable<GateOptions>& gateOptionTable();
 
