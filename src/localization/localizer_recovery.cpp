@@ -103,7 +103,7 @@ LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
   if (!refusal) {
     double seconds = 0.0;
     for (const PoseGuess& guess : guesses_) seconds = std::max(seconds, guess.confirmation_seconds);
-    return place(scan, update, options_.gates.recovery_inlier_ratio, seconds);
+    return acceptFound(scan, update, options_.gates.recovery_inlier_ratio, seconds);
   }
   update.reason = refusal.reason;
   update.message = joined(guesses_) + ": " + refusal.message;
@@ -144,7 +144,7 @@ LocalizationUpdate Localizer::recover(const LocalizerScan& scan) {
   }
   update = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
   const Refusal refusal = checkFoundNearLast(scan, update);
-  if (!refusal) return place(scan, update, recoveryInliers(), options_.recovery.confirmation_seconds);
+  if (!refusal) return acceptFound(scan, update, recoveryInliers(), options_.recovery.confirmation_seconds);
   if (refusal.reason != RefusalReason::kTooFewPoints) ++searches_done_;
   update.reason = refusal.reason;
   update.message = "lost, searching near the last pose: " + refusal.message;
@@ -178,7 +178,7 @@ LocalizationUpdate Localizer::wait(const LocalizerScan& scan) {
       searchDue(scan.stamp, recovery.waiting_retry_seconds)) {
     LocalizationUpdate found = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
     if (!checkFoundNearLast(scan, found))
-      return place(scan, found, recoveryInliers(), recovery.confirmation_seconds);
+      return acceptFound(scan, found, recoveryInliers(), recovery.confirmation_seconds);
   }
   update.message = "waiting for a pose: initialpose, ~relocalize or ~global_localization";
   return withState(update);

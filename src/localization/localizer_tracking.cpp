@@ -63,7 +63,7 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
       if (!checkJump(setJump(atSensor(scan, *prior), found), options_.gates))
         return accept(scan, *prior, found);
       // Further than motion goes: later scans have to agree.
-      return place(scan, found, recoveryInliers(), options_.recovery.confirmation_seconds);
+      return acceptFound(scan, found, recoveryInliers(), options_.recovery.confirmation_seconds);
     }
   }
   return refuse(scan, refusal, update);
@@ -158,14 +158,14 @@ LocalizationUpdate Localizer::followGuess(const LocalizerScan& scan, const Refus
   return withState(update);
 }
 
-LocalizationUpdate Localizer::place(const LocalizerScan& scan, LocalizationUpdate& update,
-                                    double min_inlier_ratio, double seconds) {
+LocalizationUpdate Localizer::acceptFound(const LocalizerScan& scan, LocalizationUpdate& update,
+                                          double min_inlier_ratio, double seconds) {
   const auto& search = options_.search;
   const Matrix6d spread = isotropicCovariance(search.rotation_sigma, search.translation_sigma);
   const RegistrationResult& result = update.registration;
   fillPose(scan, {result.T_map_sensor, noLooserThan(result.covariance, spread)}, update);
   update.relocalized = true;
-  motion_.place(scan, update.T_map_base, update.covariance);
+  motion_.setPose(scan, update.T_map_base, update.covariance);
   guesses_.clear();
   guess_attempts_ = refused_in_row_ = 0;
   confirmations_left_ = options_.recovery.confirmation_scans;

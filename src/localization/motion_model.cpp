@@ -92,8 +92,8 @@ void MotionModel::correct(const LocalizerScan& scan, const Eigen::Isometry3d& T_
   last_->covariance_measured = before->covariance_measured;
 }
 
-void MotionModel::place(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base,
-                        const Matrix6d& covariance) {
+void MotionModel::setPose(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base,
+                          const Matrix6d& covariance) {
   stop();
   T_map_odom_.reset();
   remember(scan, T_map_base, covariance);

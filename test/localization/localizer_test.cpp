@@ -339,7 +339,8 @@ TEST(Localizer, KeepsTheLastPoseThroughAJumpThatIsNoticedTwice) {
   EXPECT_EQ(message.find("last pose before the time jump, test: "), 0U) << message;
 }
 
-// Far from the start the search around the start pose may find a better score a metre off, which nobody meant.
+// Far from the start the search around the start pose may find a better score a metre off, which nobody
+// meant.
 TEST(Localizer, GoesOnFromTheLastPoseFarFromTheStartAfterAJump) {
   Tracking t;
   for (int n = 0; n < 30; ++n, ++t.next) t.localizer.process(t.walk.scan(t.next));

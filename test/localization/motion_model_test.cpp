@@ -30,7 +30,7 @@ TEST(MotionModel, AddsTheMotionOfTheOdometry) {
   LocalizerScan first = scanAt(1.0), second = scanAt(1.1);
   first.T_odom_base = expSe3(twist(0.0, 0.0, 0.3, 1.0, 0.0, 0.0));
   second.T_odom_base = expSe3(twist(0.0, 0.1, 0.4, 1.2, 0.1, 0.0));
-  model.place(first, T_map_odom * *first.T_odom_base, Matrix6d::Zero());
+  model.setPose(first, T_map_odom * *first.T_odom_base, Matrix6d::Zero());
   const auto prediction = model.predict(second);
   ASSERT_TRUE(prediction);
   EXPECT_TRUE(prediction->T_map_base.isApprox(T_map_odom * *second.T_odom_base, 1e-12));
@@ -45,14 +45,14 @@ TEST(MotionModel, GrowsTheCovarianceWithTheDistanceDriven) {
   LocalizerScan first = scanAt(1.0), second = scanAt(1.1);
   first.T_odom_base = Eigen::Isometry3d::Identity();
   second.T_odom_base = expSe3(twist(0.0, 0.0, 0.0, 2.0, 0.0, 0.0));
-  model.place(first, Eigen::Isometry3d::Identity(), isotropicCovariance(0.0, 0.3));
+  model.setPose(first, Eigen::Isometry3d::Identity(), isotropicCovariance(0.0, 0.3));
   EXPECT_NEAR(model.predict(second)->covariance(3, 3), 0.3 * 0.3 + 0.2 * 0.2, 1e-12);
 }
 
 TEST(MotionModel, CarriesAConstantVelocityOnAlongAnArc) {
   MotionModel model;
   const Vector6d velocity = twist(0.0, 0.0, 0.8, 1.0, 0.0, 0.0);
-  model.place(scanAt(0.0), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
+  model.setPose(scanAt(0.0), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
   model.correct(scanAt(0.1), expSe3(0.1 * velocity), Matrix6d::Zero());
   EXPECT_TRUE(model.twist().isApprox(velocity, 1e-9));
   EXPECT_TRUE(model.predict(scanAt(0.2))->T_map_base.isApprox(expSe3(0.2 * velocity), 1e-9));
@@ -67,7 +67,7 @@ TEST(MotionModel, IsOffByWhatTheAccelerationDoes) {
   const auto position = [&](double time) { return 0.5 * options.acceleration * time * time; };
   MotionModel model(options);
   const auto at = [&](double x) { return expSe3(twist(0.0, 0.0, 0.0, x, 0.0, 0.0)); };
-  model.place(scanAt(0.0), at(position(0.0)), Matrix6d::Zero());
+  model.setPose(scanAt(0.0), at(position(0.0)), Matrix6d::Zero());
   model.correct(scanAt(interval), at(position(interval)), Matrix6d::Zero());
   const auto prediction = model.predict(scanAt(interval + t));
   const double off = position(interval + t) - prediction->T_map_base.translation().x();
@@ -79,7 +79,7 @@ TEST(MotionModel, IsNoLessCertainThanTheSpeedAllows) {
   MotionOptions options;
   options.velocity_translation_noise = 0.5, options.acceleration = 1000.0;
   MotionModel model(options);
-  model.place(scanAt(0.0), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
+  model.setPose(scanAt(0.0), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
   EXPECT_NEAR(std::sqrt(model.predict(scanAt(0.2))->covariance(3, 3)), 0.1, 1e-12);
   model.correct(scanAt(0.1), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
   EXPECT_NEAR(std::sqrt(model.predict(scanAt(0.3))->covariance(3, 3)), 0.1, 1e-12);
@@ -90,7 +90,7 @@ TEST(MotionModel, StopsExtrapolatingAfterItsTime) {
   options.max_extrapolation = 0.5;
   MotionModel model(options);
   const Vector6d velocity = twist(0.0, 0.0, 0.0, 1.0, 0.0, 0.0);
-  model.place(scanAt(0.0), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
+  model.setPose(scanAt(0.0), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
   model.correct(scanAt(0.1), expSe3(0.1 * velocity), Matrix6d::Zero());
   EXPECT_NEAR(model.predict(scanAt(60.0))->T_map_base.translation().x(), 0.6, 1e-9);
 }
@@ -100,7 +100,7 @@ TEST(MotionModel, FallsBackOnVelocityWhileOdometryIsMissing) {
   LocalizerScan first = scanAt(0.0), second = scanAt(0.1);
   first.T_odom_base = Eigen::Isometry3d::Identity();
   second.T_odom_base = expSe3(twist(0.0, 0.0, 0.0, 0.1, 0.0, 0.0));
-  model.place(first, Eigen::Isometry3d::Identity(), Matrix6d::Zero());
+  model.setPose(first, Eigen::Isometry3d::Identity(), Matrix6d::Zero());
   model.correct(second, *second.T_odom_base, Matrix6d::Zero());
   EXPECT_NEAR(model.predict(scanAt(0.2))->T_map_base.translation().x(), 0.2, 1e-9);
   EXPECT_TRUE(model.correction().has_value());

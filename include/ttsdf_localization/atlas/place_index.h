@@ -53,7 +53,6 @@ class PlaceIndex {
   /// Maps by their most alike place, the best first. `down_sensor`: unit vector.
   std::vector<Ranked> rank(const Eigen::Matrix3Xf& points_sensor, const Eigen::Vector3d& down_sensor) const;
 
-  std::size_t mapCount() const { return maps_.size(); }
   std::size_t placeCount() const;
   std::size_t memoryBytes() const { return placeCount() * sizeof(PlaceRanges); }
 

@@ -6,7 +6,8 @@
 //   no map ----------------> waiting ------------------------> tracking <----------------> degraded
 //                              ^  guess -> relocalizing            ^                           | lost_after_*
 //                              |                                   | confirmed                 v
-//                              +--- limits reached <--- relocalizing (near, then global) <--- lost
+//                              +--- limits reached <--- relocalizing <--- place found ------ lost
+//                                                                          near or globally
 //
 // No ROS, no threads, no clock: time is the stamps. The node and the offline localizer run the same class.
 // Not thread-safe; a GlobalJob is independent of it and may run in another thread.
@@ -118,7 +119,8 @@ class Localizer {
 
   LocalizerState state() const { return state_; }
   const LocalizerOptions& options() const { return options_; }
-  /// Last believed pose of the base; empty if there was none since the start or the last reset.
+  /// Last pose of the base that was published as good; empty if there was none since the start or the last
+  /// reset.
   std::optional<PoseGuess> lastPose() const;
 
  private:
@@ -141,10 +143,10 @@ class Localizer {
   LocalizationUpdate followGuess(const LocalizerScan& scan, const Refusal& refusal,
                                  LocalizationUpdate& update);
   LocalizationUpdate accept(const LocalizerScan& scan, const Prediction& prior, LocalizationUpdate& update);
-  /// A pose found: believed after the confirmation scans that agree for at least `seconds`, by the inlier
+  /// A pose found: good after the confirmation scans that agree for at least `seconds`, by the inlier
   /// ratio it was found with.
-  LocalizationUpdate place(const LocalizerScan& scan, LocalizationUpdate& update, double min_inlier_ratio,
-                           double seconds);
+  LocalizationUpdate acceptFound(const LocalizerScan& scan, LocalizationUpdate& update,
+                                 double min_inlier_ratio, double seconds);
   bool confirming() const;
   void stopConfirming();
   LocalizationUpdate markValid(const LocalizerScan& scan, LocalizationUpdate& update);
@@ -178,7 +180,7 @@ class Localizer {
 
   double last_stamp_;                     ///< of the last scan taken
   double last_silent_stamp_;              ///< of the last refused scan that said nothing
-  double confirmed_from_;                 ///< stamp from which on a pose found is believed
+  double confirmed_from_;                 ///< stamp from which on a pose found is good
   std::vector<PoseGuess> guesses_;        ///< to be tried; the best fit wins
   std::optional<PoseGuess> start_guess_;  ///< the last one from outside, tried again after a time jump
   std::optional<PoseGuess> last_valid_;   ///< the last pose published as good

@@ -20,7 +20,7 @@ class MotionModel {
   explicit MotionModel(MotionOptions options = {}) : options_(std::move(options)) {}
 
   void reset() { *this = MotionModel(options_); }
-  /// The velocity is no longer believed.
+  /// The velocity is no longer known.
   void stop() { twist_.setZero(), twist_interval_.reset(); }
   bool hasPose() const { return last_.has_value(); }
 
@@ -37,13 +37,12 @@ class MotionModel {
   /// they are a guess since the last scan that fixed them. 0 with odometry.
   double guessedSigma(const LocalizerScan& scan) const;
   /// A pose found by a search: the velocity is unknown.
-  void place(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
+  void setPose(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
 
   /// Twist of the base in its own frame [rad/s; m/s]; zero when unknown.
   const Vector6d& twist() const { return twist_; }
   double lastStamp() const { return last_ ? last_->stamp : 0.0; }
   const Eigen::Isometry3d& lastPose() const { return last_->T_map_base; }
-  const Matrix6d& lastCovariance() const { return last_->covariance; }
   /// Last known correction of the odometry, T_map_odom.
   const std::optional<Eigen::Isometry3d>& correction() const { return T_map_odom_; }
   void setOptions(const MotionOptions& options) { options_ = options; }

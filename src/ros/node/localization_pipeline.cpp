@@ -247,13 +247,13 @@ void LocalizationPipeline::useMap(LoadedMap map, std::optional<PoseRequest> pose
     Status status = currentStatus();
     const auto state = localizer_.localizer().state();
     if (state != LocalizerState::kTracking && state != LocalizerState::kDegraded) tf_output_.stop();
-    status.message = "map " + map_id_ + " is in use" + whatIsAwaited();
+    status.message = "map " + map_id_ + " is in use" + awaitedInputs();
     publishStatus(std::move(status), ros::Time::now(), false);
   }
   if (pose) usePose(std::move(*pose));
 }
 
-std::string LocalizationPipeline::whatIsAwaited() const {
+std::string LocalizationPipeline::awaitedInputs() const {
   const Localizer& localizer = localizer_.localizer();
   const bool waiting = localizer.state() == LocalizerState::kWaitingForPose;
   if (!waiting && localizer.state() != LocalizerState::kRelocalizing) return {};
@@ -342,7 +342,7 @@ void LocalizationPipeline::setWiderSearch(WiderSearch search) {
   wider_search_ = std::move(search);
 }
 
-void LocalizationPipeline::announce(std::uint8_t reason, const std::string& message) {
+void LocalizationPipeline::publishEvent(std::uint8_t reason, const std::string& message) {
   const std::lock_guard<std::mutex> lock(mutex_);
   Status status = currentStatus();
   status.reason = reason;

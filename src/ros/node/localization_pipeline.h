@@ -84,7 +84,7 @@ class LocalizationPipeline {
   /// awaited.
   void setWiderSearch(WiderSearch search);
   /// A status for what has nothing to do with a scan.
-  void announce(std::uint8_t reason, const std::string& message);
+  void publishEvent(std::uint8_t reason, const std::string& message);
   /// Time goes by; called some times a second. `scans_waiting`: why scans do not get on, to be said in the
   /// status.
   void tick(const std::string& scans_waiting);
@@ -127,7 +127,7 @@ class LocalizationPipeline {
   void publishStatus(Status status, const ros::Time& stamp, bool of_a_scan);
   Status currentStatus() const;
   double secondsSinceLastLook();
-  std::string whatIsAwaited() const;
+  std::string awaitedInputs() const;
 
   // localization_pipeline_global.cpp
   void startGlobal(const SeenScan& seen);

@@ -40,8 +40,8 @@ LocalizationRos::LocalizationRos(const ros::NodeHandle& node, const ros::NodeHan
       last_pose_saved_(started_) {
   private_node.param("diagnostic_period", diagnostic_period_, diagnostic_period_);
   // Latched: who asks before the first map and scan is told what the node waits for.
-  pipeline_.announce(Status::REASON_NO_MAP,
-                     "started; waiting for a map (map_source: " + options_.map.map_source + ")");
+  pipeline_.publishEvent(Status::REASON_NO_MAP,
+                         "started; waiting for a map (map_source: " + options_.map.map_source + ")");
   if (std::optional<PoseRequest> start = poseAtStart()) pipeline_.usePose(std::move(*start));
   subscribe();
   advertise();
@@ -97,7 +97,7 @@ void LocalizationRos::subscribe() {
   const auto loaded = [this](LoadedMap map) { pipeline_.useMap(std::move(map)); };
   const auto failed = [this](const std::string& message) {
     ROS_ERROR_STREAM_NAMED(name_, message);
-    pipeline_.announce(Status::REASON_NO_MAP, message);
+    pipeline_.publishEvent(Status::REASON_NO_MAP, message);
   };
   map_source_ =
       std::make_unique<MapSource>(scan_node_, options_.map, options_.localizer.registration, loaded, failed);
@@ -166,7 +166,7 @@ void LocalizationRos::onInitialPose(const geometry_msgs::PoseWithCovarianceStamp
   } catch (const std::exception& error) {
     const std::string text = std::string("initialpose refused: ") + error.what();
     ROS_ERROR_STREAM_NAMED(name_, name_ << ": " << text);
-    pipeline_.announce(Status::REASON_NO_START_POSE, text);
+    pipeline_.publishEvent(Status::REASON_NO_START_POSE, text);
   }
 }
 
