@@ -46,7 +46,8 @@ def table(name, title, figures):
 def text_of(page):
     scenes = page["figures"]
     parts = [table(name, title, scenes[name]) for name, title in SCENES if name in scenes]
-    parts.append(f"{scenes['redkitchen']['scans'] if 'redkitchen' in scenes else 0} scans a scene that are not in the map, five "
+    counts = " and ".join(str(scenes[name]["scans"]) for name, _ in SCENES if name in scenes)
+    parts.append(f"{counts} scans that are not in the map, five "
                  "directions per magnitude, all of the paper's magnitudes; success: within 5 cm; one thread. "
                  f"Commit {page['commit']}, {page['machine']}. All scenes, all methods and the command: "
                  "[results](doc/results/README.md). Where others are ahead: "
