@@ -2,7 +2,7 @@
 
 usage: scripts/results check
 
-A page is current while the digest of the sources it measures (comments and line breaks left out) is the one that was
+A page is current while the digest of the sources it measures (comments, line breaks and includes left out) is the one that was
 noted when it was made. Exit code 1 if any is not.
 """
 

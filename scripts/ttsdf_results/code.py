@@ -1,4 +1,4 @@
-"""Which sources decide which figures, and a digest of them that comments and line breaks do not change."""
+"""Which sources decide which figures, and a digest of them that comments, line breaks and the order of includes do not change."""
 
 import functools
 import hashlib
@@ -25,10 +25,12 @@ PARTS = {
 ENDINGS = (".cpp", ".h")
 # Strings first: a comment's marks within them start none.
 TOKEN = re.compile(r'("(?:\\.|[^"\\\n])*")|(//[^\n]*|/\*.*?\*/)|(\s+)', re.DOTALL)
+INCLUDE = re.compile(r"^[ \t]*#[ \t]*include\b.*$", re.MULTILINE)
 
 
 def essence(text):
-    """Source text without comments, line breaks and indentation: what re-formatting and re-wording leave alone."""
+    """Source text without includes, comments, line breaks and indentation: what re-formatting and moving files leave alone."""
+    text = INCLUDE.sub("", text)
     return TOKEN.sub(lambda m: m.group(1) or " ", text).strip()
 
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "nearest_feet.h"
 #include "compressed/quantized_bricks.h"
+#include "nearest_feet.h"
 
 namespace ttsdf {
 

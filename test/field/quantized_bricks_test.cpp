@@ -187,7 +187,8 @@ TEST(QuantizedBricks, ThoseMadeInAdvanceAreNotMadeAgain) {
   EXPECT_EQ(made.size(), 30u);
   const float step = 0.02f * 7.0f * (0.6f + 0.64f + 0.48f) / 255.0f;
   for (int n = 0; n < cells.size; ++n)
-    EXPECT_NEAR(corners.value[n][0], planar(cells.cell[0][n], cells.cell[1][n], cells.cell[2][n]), 0.51f * step);
+    EXPECT_NEAR(corners.value[n][0], planar(cells.cell[0][n], cells.cell[1][n], cells.cell[2][n]),
+                0.51f * step);
 
   // More than there is room for: as many as there is room for, and the others when they are asked for.
   ids.clear();
@@ -197,7 +198,8 @@ TEST(QuantizedBricks, ThoseMadeInAdvanceAreNotMadeAgain) {
   EXPECT_EQ(made.size(), 40u);
   EXPECT_EQ(bricks.corners(cells, corners, missing, decode), 0);
   for (int n = 0; n < cells.size; ++n)
-    EXPECT_NEAR(corners.value[n][0], planar(cells.cell[0][n], cells.cell[1][n], cells.cell[2][n]), 0.51f * step);
+    EXPECT_NEAR(corners.value[n][0], planar(cells.cell[0][n], cells.cell[1][n], cells.cell[2][n]),
+                0.51f * step);
 }
 
 TEST(QuantizedBricks, NumbersThatAreNoneCountAsZero) {
