@@ -149,7 +149,7 @@ LocalizationUpdate Localizer::followGuess(const LocalizerScan& scan, const Refus
                                           LocalizationUpdate& update) {
   update.reason = refusal.reason;
   update.message = refusal.message;
-  if (!last_valid_ || scan.stamp - last_valid_->stamp >= options_.recovery.coast_seconds) {
+  if (scan.stamp - motion_.measuredStamp() >= options_.recovery.coast_seconds) {
     stopConfirming();
     becomeLost(0);
   } else if (!confirming()) {

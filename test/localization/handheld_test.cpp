@@ -24,9 +24,9 @@ struct Motion {
 };
 void PrintTo(const Motion& m, std::ostream* out) { *out << m.rate << " Hz, " << m.speed << " times as fast"; }
 
-class Handheld : public ::testing::TestWithParam<Motion> {};
+class HandheldMotion : public ::testing::TestWithParam<Motion> {};
 
-TEST_P(Handheld, NoPosePublishedAsGoodIsWrong) {
+TEST_P(HandheldMotion, NoPosePublishedAsGoodIsWrong) {
   GridGeometry geometry;
   DenseTensor tensor = test::sampleScene(test::Room(), 0.05, geometry);
   LocalizerOptions options;
@@ -56,7 +56,28 @@ TEST_P(Handheld, NoPosePublishedAsGoodIsWrong) {
   EXPECT_GE(published, slow ? 2 * scans / 3 : 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Motions, Handheld,
+// A start pose before a bare wall, four scans a second: it is kept until the camera turns.
+TEST(Handheld, AStartPoseBeforeAWallIsNotThrownAway) {
+  GridGeometry geometry;
+  DenseTensor tensor = test::sampleScene(test::Room(), 0.05, geometry);
+  LocalizerOptions options;
+  options.recovery.allow_global = false;
+  Localizer localizer(options);
+  localizer.setMap(std::make_shared<DenseDistanceField>(std::move(tensor), geometry));
+  PoseGuess guess;
+  guess.T_map_base = test::cameraPose({2.4, 0.7, 1.5}, -M_PI / 2.0);
+  guess.covariance = isotropicCovariance(0.05, 0.1);
+  localizer.setGuess(guess);
+  for (int n = 0; n < 10; ++n) {
+    LocalizerScan scan;
+    scan.stamp = 100.0 + 0.25 * n;
+    scan.points = test::renderScan(test::Room(), guess.T_map_base);
+    EXPECT_GT(localizer.process(scan).registration.degenerate_directions, 0) << "scan " << n;
+    EXPECT_NE(localizer.state(), LocalizerState::kLost) << "scan " << n;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Motions, HandheldMotion,
                          ::testing::Values(Motion{30.0, 0.5}, Motion{30.0, 1.0}, Motion{10.0, 0.5},
                                            Motion{10.0, 1.0}, Motion{5.0, 0.5}, Motion{30.0, 4.0},
                                            Motion{10.0, 2.0}, Motion{5.0, 2.0}, Motion{5.0, 5.0},

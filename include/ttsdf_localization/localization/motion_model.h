@@ -41,6 +41,8 @@ class MotionModel {
 
   /// Twist of the base in its own frame [rad/s; m/s]; zero when unknown.
   const Vector6d& twist() const { return twist_; }
+  /// Of the last pose that was fixed in all directions, or set.
+  double measuredStamp() const { return last_ ? last_->measured : 0.0; }
   double lastStamp() const { return last_ ? last_->stamp : 0.0; }
   const Eigen::Isometry3d& lastPose() const { return last_->T_map_base; }
   /// Last known correction of the odometry, T_map_odom.
