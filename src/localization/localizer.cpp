@@ -112,27 +112,30 @@ void Localizer::reset() {
 
 void Localizer::timeJumpedBack() {
   std::vector<PoseGuess> guesses;
+  const auto addGuess = [&](PoseGuess guess) {
+    guess.stamp = std::numeric_limits<double>::quiet_NaN();
+    guess.widen = true;
+    guess.confirmation_seconds = options_.recovery.confirmation_seconds;
+    guesses.push_back(std::move(guess));
+  };
   if (last_valid_) {
     // After a loop the odometry starts over: its last correction is right up to the drift, which the search
     // covers.
-    PoseGuess guess = *last_valid_;
-    guess.source = "last pose before the time jump";
-    guess.stamp = std::numeric_limits<double>::quiet_NaN();
-    guess.widen = true;
-    guesses.push_back(std::move(guess));
+    addGuess(*last_valid_);
+    guesses.back().source = "last pose before the time jump";
   }
   if (!last_valid_ && !guesses_.empty()) {  // the same jump again: clock, scans and transforms all show it
     guesses = guesses_;
   } else if (start_guess_) {
-    PoseGuess guess = *start_guess_;
-    guess.stamp = std::numeric_limits<double>::quiet_NaN();
-    guess.T_odom_base.reset();
-    guess.widen = true;
-    guesses.push_back(std::move(guess));
+    addGuess(*start_guess_);
+    guesses.back().T_odom_base.reset();
   }
   const std::optional<PoseGuess> start = start_guess_;
+  const double inliers = usual_inliers_, score = usual_score_;  // the same camera in the same map
   reset();
   start_guess_ = start;
+  usual_inliers_ = inliers;
+  usual_score_ = score;
   guesses_ = std::move(guesses);
   if (hasMap() && !guesses_.empty()) state_ = LocalizerState::kRelocalizing;
 }

@@ -36,29 +36,22 @@ bool Localizer::searchDue(double stamp, double period) {
   return true;
 }
 
-LocalizationUpdate Localizer::searchAround(const LocalizerScan& scan,
-                                           const std::vector<Prediction>& candidates,
+LocalizationUpdate Localizer::searchAround(const LocalizerScan& scan, const Prediction& candidate,
                                            const SearchOptions& search) {
-  LocalizationUpdate best = blank(scan);
-  for (const Prediction& candidate : candidates) {
-    const Eigen::Isometry3d T_map_sensor = candidate.T_map_base * scan.T_base_sensor;
-    const Matrix6d covariance = movedCovariance(
-        candidate.covariance, T_map_sensor.translation() - candidate.T_map_base.translation());
-    RegistrationResult result = searchNear(*registration_, scan.points, T_map_sensor, search, covariance);
-    const PoseError jump = poseError(T_map_sensor, result.T_map_sensor);
-    const bool near = deviation(result.T_map_sensor, T_map_sensor, covariance) <= kMaxDeviation;
-    // A fit that may be meant comes before one that may not, whatever their scores.
-    const bool best_near = best.registered && best.reason == RefusalReason::kNone;
-    if (best.registered && (near != best_near ? best_near : !(result.score < best.registration.score)))
-      continue;
-    best.reason = near ? RefusalReason::kNone : RefusalReason::kJump;
-    best.message = near ? "" : "the best fit lies too far away (" + figures(jump) + ") to be meant";
-    best.registration = std::move(result);
-    best.jump_translation = jump.translation;
-    best.jump_rotation = jump.rotation;
-    best.registered = true;
+  LocalizationUpdate found = blank(scan);
+  const Eigen::Isometry3d T_map_sensor = candidate.T_map_base * scan.T_base_sensor;
+  const Matrix6d covariance =
+      movedCovariance(candidate.covariance, T_map_sensor.translation() - candidate.T_map_base.translation());
+  found.registration = searchNear(*registration_, scan.points, T_map_sensor, search, covariance);
+  found.registered = true;
+  const PoseError jump = poseError(T_map_sensor, found.registration.T_map_sensor);
+  found.jump_translation = jump.translation;
+  found.jump_rotation = jump.rotation;
+  if (!(deviation(found.registration.T_map_sensor, T_map_sensor, covariance) <= kMaxDeviation)) {
+    found.reason = RefusalReason::kJump;
+    found.message = "the best fit lies too far away (" + figures(jump) + ") to be meant";
   }
-  return best;
+  return found;
 }
 
 Prediction Localizer::withLeastSpread(Prediction prediction) const {
@@ -85,25 +78,48 @@ Prediction Localizer::recoveryPrior(const Prediction& prediction) const {
                               std::min(kMaxSearchTranslation, options_.search.translation_sigma * growth))};
 }
 
+Refusal Localizer::searchGuesses(const LocalizerScan& scan, LocalizationUpdate& best) {
+  SearchOptions search = options_.search;
+  search.starts = std::max(1, options_.recovery.start_starts / static_cast<int>(guesses_.size()));
+  Refusal refusal;
+  bool known = false;  // odometry says where the camera went since the best guess was true
+  for (const PoseGuess& guess : guesses_) {
+    const Prediction prediction = motion_.predict(guess, scan);
+    LocalizationUpdate found =
+        searchAround(scan, guess.widen ? withLeastSpread(prediction) : prediction, search);
+    const Refusal refused = checkFound(found);
+    bool better = !best.registered || found.registration.score < best.registration.score;
+    if (best.registered && !refusal != !refused) {
+      better = !refused;  // what may be meant comes before what may not
+    } else if (best.registered && !refused && fitsAlike(best, found)) {
+      better = false;
+      if (!known) refusal = {RefusalReason::kAmbiguous, "two of these places fit alike"};
+    }
+    if (!better) continue;
+    best = std::move(found);
+    refusal = refused;
+    known = guess.T_odom_base && scan.T_odom_base;
+  }
+  return refusal;
+}
+
+bool Localizer::fitsAlike(const LocalizationUpdate& a, const LocalizationUpdate& b) const {
+  // Bare walls fit in many places.
+  return std::abs(a.registration.score - b.registration.score) < options_.global.min_margin &&
+         checkJump(poseError(a.registration.T_map_sensor, b.registration.T_map_sensor), options_.gates);
+}
+
 LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
   LocalizationUpdate update = blank(scan);
   state_ = LocalizerState::kRelocalizing;
   update.message = "trying " + joined(guesses_);
   if (!searchDue(scan.stamp, options_.recovery.search_period)) return withState(update);
 
-  std::vector<Prediction> candidates;
-  for (const PoseGuess& guess : guesses_) {
-    const Prediction prediction = motion_.predict(guess, scan);
-    candidates.push_back(guess.widen ? withLeastSpread(prediction) : prediction);
-  }
-  SearchOptions search = options_.search;
-  search.starts = std::max(1, options_.recovery.start_starts / static_cast<int>(candidates.size()));
-  update = searchAround(scan, candidates, search);
-  const Refusal refusal = checkFound(update, options_.gates.recovery_inlier_ratio);
+  const Refusal refusal = searchGuesses(scan, update);
   if (!refusal) {
     double seconds = 0.0;
     for (const PoseGuess& guess : guesses_) seconds = std::max(seconds, guess.confirmation_seconds);
-    return acceptFound(scan, update, options_.gates.recovery_inlier_ratio, seconds);
+    return acceptFound(scan, update, seconds);
   }
   update.reason = refusal.reason;
   update.message = joined(guesses_) + ": " + refusal.message;
@@ -116,18 +132,19 @@ LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
   return withState(update);
 }
 
-Refusal Localizer::checkFound(const LocalizationUpdate& found, double min_inlier_ratio) const {
-  if (!found.registered) return {RefusalReason::kNoPrior, "no pose to search around"};
-  if (Refusal refusal = checkTermination(found.registration)) return refusal;
-  if (Refusal refusal = checkFitAfterSearch(found.registration, options_.gates, min_inlier_ratio))
-    return refusal;
-  return {found.reason, found.message};  // too far from what was asked for
+Refusal Localizer::checkFoundNearLast(const LocalizerScan& scan, const LocalizationUpdate& found) const {
+  if (Refusal refusal = checkFound(found)) return refusal;
+  return checkMeasured(scan, found.registration);
 }
 
-Refusal Localizer::checkFoundNearLast(const LocalizerScan& scan, const LocalizationUpdate& found) const {
-  if (Refusal refusal = checkFound(found, recoveryInliers())) return refusal;
+Refusal Localizer::checkFound(const LocalizationUpdate& found) const {
+  if (!found.registered) return {RefusalReason::kNoPrior, "no pose to search around"};
+  if (Refusal refusal = checkTermination(found.registration)) return refusal;
+  if (Refusal refusal = checkFitAfterSearch(found.registration, options_.gates, recoveryInliers()))
+    return refusal;
+  if (found.reason != RefusalReason::kNone) return {found.reason, found.message};
   const double most = usual_score_ + options_.gates.recovery_score_margin;
-  if (found.registration.score <= most) return checkMeasured(scan, found.registration);
+  if (found.registration.score <= most) return {};
   std::ostringstream text;
   text << std::setprecision(2) << "score " << found.registration.score << ", at most " << most
        << " allowed: usual is " << usual_score_ << " (recovery_score_margin)";
@@ -142,9 +159,9 @@ LocalizationUpdate Localizer::recover(const LocalizerScan& scan) {
     update.message = "lost: searching near the last pose";
     return withState(update);
   }
-  update = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
+  update = searchAround(scan, recoveryPrior(*prior), options_.search);
   const Refusal refusal = checkFoundNearLast(scan, update);
-  if (!refusal) return acceptFound(scan, update, recoveryInliers(), options_.recovery.confirmation_seconds);
+  if (!refusal) return acceptFound(scan, update, options_.recovery.confirmation_seconds);
   if (refusal.reason != RefusalReason::kTooFewPoints) ++searches_done_;
   update.reason = refusal.reason;
   update.message = "lost, searching near the last pose: " + refusal.message;
@@ -176,9 +193,8 @@ LocalizationUpdate Localizer::wait(const LocalizerScan& scan) {
   const std::optional<Prediction> prior = motion_.predict(scan);
   if (prior && recovery.waiting_retry_seconds > 0.0 &&
       searchDue(scan.stamp, recovery.waiting_retry_seconds)) {
-    LocalizationUpdate found = searchAround(scan, {recoveryPrior(*prior)}, options_.search);
-    if (!checkFoundNearLast(scan, found))
-      return acceptFound(scan, found, recoveryInliers(), recovery.confirmation_seconds);
+    LocalizationUpdate found = searchAround(scan, recoveryPrior(*prior), options_.search);
+    if (!checkFoundNearLast(scan, found)) return acceptFound(scan, found, recovery.confirmation_seconds);
   }
   update.message = "waiting for a pose: initialpose, ~relocalize or ~global_localization";
   return withState(update);

@@ -55,7 +55,7 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
     const Prediction spread{prior->T_map_base,
                             prior->covariance + isotropicCovariance(options_.search.rotation_sigma,
                                                                     options_.search.translation_sigma)};
-    LocalizationUpdate found = searchAround(scan, {spread}, options_.search);
+    LocalizationUpdate found = searchAround(scan, spread, options_.search);
     // Places further away are for those who are lost.
     if (!checkFoundNearLast(scan, found) && found.registration.score < update.registration.score &&
         !checkPlausible(scan, *prior, found.registration)) {
@@ -63,7 +63,7 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
       if (!checkJump(setJump(atSensor(scan, *prior), found), options_.gates))
         return accept(scan, *prior, found);
       // Further than motion goes: later scans have to agree.
-      return acceptFound(scan, found, recoveryInliers(), options_.recovery.confirmation_seconds);
+      return acceptFound(scan, found, options_.recovery.confirmation_seconds);
     }
   }
   return refuse(scan, refusal, update);
@@ -159,7 +159,7 @@ LocalizationUpdate Localizer::followGuess(const LocalizerScan& scan, const Refus
 }
 
 LocalizationUpdate Localizer::acceptFound(const LocalizerScan& scan, LocalizationUpdate& update,
-                                          double min_inlier_ratio, double seconds) {
+                                          double seconds) {
   const auto& search = options_.search;
   const Matrix6d spread = isotropicCovariance(search.rotation_sigma, search.translation_sigma);
   const RegistrationResult& result = update.registration;
@@ -169,7 +169,7 @@ LocalizationUpdate Localizer::acceptFound(const LocalizerScan& scan, Localizatio
   guesses_.clear();
   guess_attempts_ = refused_in_row_ = 0;
   confirmations_left_ = options_.recovery.confirmation_scans;
-  confirming_inliers_ = min_inlier_ratio;
+  confirming_inliers_ = recoveryInliers();
   confirmed_from_ = seconds > 0.0 ? scan.stamp + seconds : kNeverStamp;
   if (!confirming()) return markValid(scan, update);
   state_ = LocalizerState::kRelocalizing;

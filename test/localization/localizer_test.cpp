@@ -7,74 +7,20 @@
 #include <random>
 #include <string>
 
-#include "../support/room.h"
-#include "ttsdf_localization/localization/pose_covariance.h"
+#include "../support/walk.h"
 
 namespace ttsdf {
 namespace {
 
 using test::cameraPose;
+using test::expectNear;
+using test::guessAt;
+using test::quickOptions;
 using test::renderScan;
 using test::Room;
-
-std::shared_ptr<const DistanceField> roomField() {
-  static const std::shared_ptr<const DistanceField> field = [] {
-    GridGeometry geometry;
-    DenseTensor tensor = test::sampleScene(Room(), 0.05, geometry);
-    return std::make_shared<DenseDistanceField>(std::move(tensor), geometry);
-  }();
-  return field;
-}
-
-/// A camera that walks along a line through the room, seen at 10 Hz; the base is the camera.
-struct Walk {
-  double start = 100.0;
-  Eigen::Isometry3d pose(double t) const {
-    return cameraPose({1.6 + 0.3 * t, 1.2 + 0.2 * t, 1.2}, 0.5 + 0.2 * t, 0.1);
-  }
-  LocalizerScan scan(int n) const { return scanAt(n, pose(0.1 * n)); }
-  LocalizerScan scanAt(int n, const Eigen::Isometry3d& T_map_camera) const {
-    LocalizerScan scan;
-    scan.stamp = start + 0.1 * n;
-    scan.points = renderScan(Room(), T_map_camera);
-    return scan;
-  }
-};
-
-PoseGuess guessAt(const Eigen::Isometry3d& T, double rotation_sigma = 0.05, double translation_sigma = 0.1) {
-  PoseGuess guess;
-  guess.T_map_base = T;
-  guess.covariance = isotropicCovariance(rotation_sigma, translation_sigma);
-  guess.source = "test";
-  return guess;
-}
-
-LocalizerOptions quickOptions() {
-  LocalizerOptions options;
-  options.recovery.allow_global = false;
-  return options;
-}
-
-/// A localizer that tracks the walk; `next` is the number of the next scan.
-struct Tracking {
-  explicit Tracking(const LocalizerOptions& options = quickOptions()) : localizer(options) {
-    localizer.setMap(roomField());
-    localizer.setGuess(guessAt(walk.pose(0.0)));
-    for (; next < 6 && localizer.state() != LocalizerState::kTracking; ++next)
-      last = localizer.process(walk.scan(next));
-  }
-  Walk walk;
-  Localizer localizer;
-  LocalizationUpdate last;
-  int next = 0;
-};
-
-void expectNear(const Eigen::Isometry3d& got, const Eigen::Isometry3d& wanted, double translation,
-                double rotation) {
-  const PoseError error = poseError(got, wanted);
-  EXPECT_LT(error.translation, translation);
-  EXPECT_LT(error.rotation, rotation);
-}
+using test::roomField;
+using test::Tracking;
+using test::Walk;
 
 TEST(Localizer, HasNoPoseWithoutAMap) {
   Localizer localizer(quickOptions());
@@ -313,44 +259,6 @@ TEST(Localizer, SkipsScansThatAreNotNewer) {
   scan.stamp = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(t.localizer.process(scan).reason, RefusalReason::kOldStamp);
   EXPECT_EQ(t.localizer.state(), LocalizerState::kTracking);
-}
-
-TEST(Localizer, GoesOnAfterTheClockJumpedBack) {
-  Tracking t;
-  for (int n = 0; n < 15; ++n, ++t.next) t.localizer.process(t.walk.scan(t.next));
-  ASSERT_EQ(t.localizer.state(), LocalizerState::kTracking);
-  t.localizer.timeJumpedBack();
-  EXPECT_EQ(t.localizer.state(), LocalizerState::kRelocalizing);
-  LocalizationUpdate update;
-  for (int n = 0; n < 8; ++n) update = t.localizer.process(t.walk.scan(n));
-  ASSERT_TRUE(update.pose_valid) << update.message;
-  expectNear(update.T_map_base, t.walk.pose(0.7), 0.02, 0.01);
-}
-
-// The clock, the scans and the transforms show the same jump one after the other.
-TEST(Localizer, KeepsTheLastPoseThroughAJumpThatIsNoticedTwice) {
-  Tracking t;
-  ASSERT_EQ(t.localizer.state(), LocalizerState::kTracking);
-  t.localizer.timeJumpedBack();
-  t.localizer.timeJumpedBack();
-  LocalizerScan covered = t.walk.scan(0);
-  covered.points.resize(3, 0);
-  const std::string message = t.localizer.process(covered).message;
-  EXPECT_EQ(message.find("last pose before the time jump, test: "), 0U) << message;
-}
-
-// Far from the start the search around the start pose may find a better score a metre off, which nobody
-// meant.
-TEST(Localizer, GoesOnFromTheLastPoseFarFromTheStartAfterAJump) {
-  Tracking t;
-  for (int n = 0; n < 30; ++n, ++t.next) t.localizer.process(t.walk.scan(t.next));
-  ASSERT_EQ(t.localizer.state(), LocalizerState::kTracking);
-  const Eigen::Isometry3d place = t.walk.pose(0.1 * t.next);
-  t.localizer.timeJumpedBack();
-  LocalizationUpdate update;
-  for (int n = 0; n < 8; ++n) update = t.localizer.process(t.walk.scanAt(n, place));
-  ASSERT_TRUE(update.pose_valid) << update.message;
-  expectNear(update.T_map_base, place, 0.02, 0.01);
 }
 
 TEST(Localizer, KeepsThePoseWhenTheMapIsReplaced) {

@@ -2,8 +2,8 @@
 // fault in one of 300 scans, and what state, transforms, diagnostics and poses said about it. Prints a table,
 // one line per kind of fault.
 //
-// usage: fault_run --map FILE --other-map FILE [--scans N] [--speed X] [--one-in N] [--seed N]   (with a ROS
-// master)
+// usage: fault_run --map FILE --other-map FILE [--scans N] [--speed X] [--one-in N] [--seed N] [--only REGEX]
+// (with a ROS master; --only: the faults whose names match)
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -21,6 +22,7 @@
 #include <fstream>
 #include <map>
 #include <random>
+#include <regex>
 #include <thread>
 
 #include "../support/room.h"
@@ -147,8 +149,14 @@ Eigen::Isometry3d placeOf(int n) {
 class Run {
  public:
   Run(const std::string& map, const std::string& other, int scans, double speed, unsigned one_in,
-      unsigned seed)
-      : maps_{map, other}, scans_(scans), speed_(speed), one_in_(one_in), random_(seed), private_node_("~") {
+      unsigned seed, const std::string& only)
+      : maps_{map, other},
+        scans_(scans),
+        speed_(speed),
+        one_in_(one_in),
+        only_(only),
+        random_(seed),
+        private_node_("~") {
     private_node_.setParam("map_file", map);
     private_node_.setParam("recovery/allow_global", false);
     clock_ = node_.advertise<rosgraph_msgs::Clock>("/clock", 10);
@@ -267,7 +275,9 @@ class Run {
 
   void inject() {
     calm_ = false;
-    fault_ = static_cast<Fault>(1 + random_() % (static_cast<unsigned>(Fault::kCount) - 1));
+    do {
+      fault_ = static_cast<Fault>(1 + random_() % (static_cast<unsigned>(Fault::kCount) - 1));
+    } while (!std::regex_search(kNames[static_cast<int>(fault_.load())], only_));
     fault_end_ = now_ + secondsOf(fault_);
     fault_begin_ = Wall::now();
     {
@@ -519,6 +529,7 @@ class Run {
   const int scans_;
   const double speed_;
   const unsigned one_in_;
+  const std::regex only_;  ///< names of the faults to inject
   std::mt19937 random_;
   ros::NodeHandle node_, private_node_;
   ros::Publisher clock_, tf_, static_tf_, cloud_, start_;
@@ -558,7 +569,7 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "localization");
   // Before the first NodeHandle: roscpp asks for it once, when that is made.
   ros::param::set("/use_sim_time", true);
-  std::string map, other;
+  std::string map, other, only;
   int scans = 3000;
   double speed = 4.0;
   unsigned one_in = 300, seed = 1;
@@ -569,13 +580,20 @@ int main(int argc, char** argv) {
     if (name == "--scans") scans = std::stoi(value);
     if (name == "--speed") speed = std::stod(value);
     if (name == "--one-in") one_in = static_cast<unsigned>(std::stoul(value));
+    if (name == "--only") only = value;
     if (name == "--seed") seed = static_cast<unsigned>(std::stoul(value));
   }
   if (map.empty() || other.empty()) {
     std::fprintf(
         stderr,
-        "usage: fault_run --map FILE --other-map FILE [--scans N] [--speed X] [--one-in N] [--seed N]\n");
+        "usage: fault_run --map FILE --other-map FILE [--scans N] [--speed X] [--one-in N] [--seed N] "
+        "[--only REGEX]\n");
     return 2;
   }
-  return ttsdf::Run(map, other, scans, speed, one_in, seed).run();
+  const auto matches = [&only](const char* name) { return std::regex_search(name, std::regex(only)); };
+  if (std::none_of(std::begin(ttsdf::kNames) + 1, std::end(ttsdf::kNames), matches)) {
+    std::fprintf(stderr, "--only: got '%s', which is the name of no fault\n", only.c_str());
+    return 2;
+  }
+  return ttsdf::Run(map, other, scans, speed, one_in, seed, only).run();
 }

@@ -145,8 +145,7 @@ class Localizer {
   LocalizationUpdate accept(const LocalizerScan& scan, const Prediction& prior, LocalizationUpdate& update);
   /// A pose found: good after the confirmation scans that agree for at least `seconds`, by the inlier
   /// ratio it was found with.
-  LocalizationUpdate acceptFound(const LocalizerScan& scan, LocalizationUpdate& update,
-                                 double min_inlier_ratio, double seconds);
+  LocalizationUpdate acceptFound(const LocalizerScan& scan, LocalizationUpdate& update, double seconds);
   bool confirming() const;
   void stopConfirming();
   LocalizationUpdate markValid(const LocalizerScan& scan, LocalizationUpdate& update);
@@ -163,10 +162,13 @@ class Localizer {
   LocalizationUpdate recover(const LocalizerScan& scan);
   LocalizationUpdate escalate(const LocalizerScan& scan, LocalizationUpdate& update);
   LocalizationUpdate wait(const LocalizerScan& scan);
-  LocalizationUpdate searchAround(const LocalizerScan& scan, const std::vector<Prediction>& candidates,
+  /// Searches around every guess; what fits best into `best`, or why none counts.
+  Refusal searchGuesses(const LocalizerScan& scan, LocalizationUpdate& best);
+  LocalizationUpdate searchAround(const LocalizerScan& scan, const Prediction& candidate,
                                   const SearchOptions& search);
-  Refusal checkFound(const LocalizationUpdate& found, double min_inlier_ratio) const;
-  /// Held to what is usual: a wrong place near the last pose fits worse.
+  bool fitsAlike(const LocalizationUpdate& a, const LocalizationUpdate& b) const;
+  /// Held to what is usual, if that is known: a wrong place fits worse.
+  Refusal checkFound(const LocalizationUpdate& found) const;
   Refusal checkFoundNearLast(const LocalizerScan& scan, const LocalizationUpdate& found) const;
   bool searchDue(double stamp, double period);
   Prediction recoveryPrior(const Prediction& prediction) const;
@@ -181,7 +183,7 @@ class Localizer {
   double last_stamp_;                     ///< of the last scan taken
   double last_silent_stamp_;              ///< of the last refused scan that said nothing
   double confirmed_from_;                 ///< stamp from which on a pose found is good
-  std::vector<PoseGuess> guesses_;        ///< to be tried; the best fit wins
+  std::vector<PoseGuess> guesses_;        ///< to be tried; the first is trusted most
   std::optional<PoseGuess> start_guess_;  ///< the last one from outside, tried again after a time jump
   std::optional<PoseGuess> last_valid_;   ///< the last pose published as good
   double usual_inliers_ = 0.0;  ///< largest inlier ratio while tracking, slowly falling; 0: not known
