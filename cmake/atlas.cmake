@@ -1,5 +1,6 @@
 # Many maps: the folder that holds them, the field of all of them, loading beside the scans. The robot's side.
-ttsdf_library(ttsdf_yaml SOURCES src/yaml/plain_yaml.cpp PUBLIC ${YAML_CPP_LIBRARIES})
+ttsdf_find_library(TTSDF_LIBYAML_LIBRARY yaml)
+ttsdf_library(ttsdf_yaml SOURCES src/yaml/plain_yaml.cpp PUBLIC ${YAML_CPP_LIBRARIES} PRIVATE ${TTSDF_LIBYAML_LIBRARY})
 
 ttsdf_library(ttsdf_atlas
   SOURCES

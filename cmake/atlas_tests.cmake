@@ -1,3 +1,4 @@
+ttsdf_unit_test(yaml/plain_yaml_test.cpp LIBS ttsdf_yaml)
 ttsdf_unit_test(atlas/oriented_box_test.cpp LIBS ttsdf_atlas)
 ttsdf_unit_test(atlas/atlas_test.cpp LIBS ttsdf_atlas ttsdf_compression)
 ttsdf_unit_test(atlas/atlas_field_test.cpp LIBS ttsdf_atlas ttsdf_compression)

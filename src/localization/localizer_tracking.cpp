@@ -27,6 +27,12 @@ PoseEstimate atSensor(const LocalizerScan& scan, const Prediction& prior) {
                                         T_map_sensor.translation() - prior.T_map_base.translation())};
 }
 
+/// Of the position, in its worst direction [m].
+double largestSigma(const Matrix6d& covariance) {
+  const Eigen::Matrix3d position = covariance.bottomRightCorner<3, 3>();
+  return std::sqrt(position.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff());
+}
+
 PoseError setJump(const PoseEstimate& prior, LocalizationUpdate& update) {
   const PoseError jump = poseError(prior.T, update.registration.T_map_sensor);
   update.jump_translation = jump.translation;
@@ -73,8 +79,9 @@ Refusal Localizer::checkPlausible(const LocalizerScan& scan, const Prediction& p
                                   const RegistrationResult& result) const {
   const PoseEstimate expected = atSensor(scan, prior);
   const double sigmas = deviation(result.T_map_sensor, expected.T, expected.covariance + result.covariance);
-  if (sigmas <= kLeap) return {};
   // What the motion does not explain, the scan has to.
+  if (sigmas <= kLeap && largestSigma(expected.covariance) <= options_.gates.max_guessed_translation)
+    return {};
   if (sigmas <= kMaxDeviation) return checkFitAfterSearch(result, options_.gates, recoveryInliers());
   const PoseError jump = poseError(expected.T, result.T_map_sensor);
   char text[128];
@@ -132,9 +139,7 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
 Refusal Localizer::checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const {
   if (result.degenerate_directions == 0) return {};
   // A scan may bound a direction that it does not fix.
-  const Eigen::Matrix3d position = result.covariance.bottomRightCorner<3, 3>();
-  const double bound = std::sqrt(position.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff());
-  const double sigma = std::min(motion_.guessedSigma(scan), bound);
+  const double sigma = std::min(motion_.guessedSigma(scan), largestSigma(result.covariance));
   if (sigma <= options_.gates.max_guessed_translation) return {};
   char text[192];
   std::snprintf(

@@ -1,14 +1,14 @@
 #include "ttsdf_localization/yaml/plain_yaml.h"
 
-#include <yaml-cpp/eventhandler.h>
+#include <yaml.h>
 
 #include <algorithm>
-#include <cctype>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace ttsdf {
@@ -16,96 +16,162 @@ namespace ttsdf {
 namespace {
 
 constexpr std::size_t kDeepest = 16;
-constexpr int kMostEvents = 1 << 22;
 
-/// Goes through a document without building anything of it; yaml-cpp descends by recursion, and this ends it
-/// early.
-class Guard : public YAML::EventHandler {
+std::string words(const yaml_char_t* text) { return text ? reinterpret_cast<const char*>(text) : ""; }
+
+/// libyaml's events made into yaml-cpp's nodes: yaml-cpp's own parser goes on for ever over some texts
+/// (before 0.7), or ends by a stack overflow.
+class Builder {
  public:
-  Guard(std::string file, Aliases aliases) : file_(std::move(file)), aliases_(aliases) {}
-  void OnDocumentStart(const YAML::Mark&) override {}
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark&, YAML::anchor_t) override { count(); }
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-    count();
-    const bool holds_itself = std::find(open_.begin(), open_.end(), anchor) != open_.end();
-    if (aliases_ == Aliases::kAllowed && !holds_itself) return;
-    throw std::runtime_error(file_ + "got an alias in line " + std::to_string(mark.line + 1) +
-                             (aliases_ == Aliases::kAllowed ? " of what holds it" : ", wanted plain values"));
+  Builder(const std::string& what, const std::string& text, Aliases aliases)
+      : what_(what), aliases_(aliases) {
+    if (!yaml_parser_initialize(&parser_)) throw std::bad_alloc();
+    yaml_parser_set_input_string(&parser_, reinterpret_cast<const unsigned char*>(text.data()), text.size());
   }
-  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {
-    count();
+  ~Builder() { yaml_parser_delete(&parser_); }
+  Builder(const Builder&) = delete;
+  Builder& operator=(const Builder&) = delete;
+
+  YAML::Node document() {
+    for (bool more = true; more;) {
+      yaml_event_t event;
+      if (!yaml_parser_parse(&parser_, &event)) refuse(parser_.problem_mark, problem());
+      try {
+        more = take(event);
+      } catch (...) {
+        yaml_event_delete(&event);
+        throw;
+      }
+      yaml_event_delete(&event);
+    }
+    return root_;
   }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
-                       YAML::EmitterStyle::value) override {
-    deeper(mark, anchor);
-  }
-  void OnSequenceEnd() override { open_.pop_back(); }
-  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
-                  YAML::EmitterStyle::value) override {
-    deeper(mark, anchor);
-  }
-  void OnMapEnd() override { open_.pop_back(); }
 
  private:
-  /// yaml-cpp 0.6 goes on for ever over some broken texts.
-  void count() {
-    if (++events_ > kMostEvents) throw std::runtime_error(file_ + "is no YAML: its parts do not end");
+  struct Open {
+    YAML::Node node;
+    std::string anchor;
+    bool has_key = false;  ///< of a map: a key waits for its value
+    YAML::Node key;
+  };
+
+  [[noreturn]] void refuse(const yaml_mark_t& mark, const std::string& problem) const {
+    throw std::runtime_error(what_ + "line " + std::to_string(mark.line + 1) + ", column " +
+                             std::to_string(mark.column + 1) + ": " + problem);
   }
-  void deeper(const YAML::Mark& mark, YAML::anchor_t anchor) {
-    count();
-    open_.push_back(anchor);
-    if (open_.size() > kDeepest) {
-      throw std::runtime_error(file_ + "is nested deeper than " + std::to_string(kDeepest) +
-                               " levels in line " + std::to_string(mark.line + 1));
+
+  std::string problem() const {
+    std::string text = parser_.problem ? parser_.problem : "is no YAML";
+    if (parser_.context) text += std::string(" ") + parser_.context;
+    return text;
+  }
+
+  /// False at the end.
+  bool take(const yaml_event_t& event) {
+    switch (event.type) {
+      case YAML_DOCUMENT_START_EVENT:
+        if (++documents_ > 1) refuse(event.start_mark, "got a second document, wanted one");
+        return true;
+      case YAML_SCALAR_EVENT:
+        add(scalar(event), words(event.data.scalar.anchor));
+        return true;
+      case YAML_SEQUENCE_START_EVENT:
+        open(YAML::NodeType::Sequence, words(event.data.sequence_start.anchor), event);
+        setFlow(event.data.sequence_start.style == YAML_FLOW_SEQUENCE_STYLE);
+        return true;
+      case YAML_MAPPING_START_EVENT:
+        open(YAML::NodeType::Map, words(event.data.mapping_start.anchor), event);
+        setFlow(event.data.mapping_start.style == YAML_FLOW_MAPPING_STYLE);
+        return true;
+      case YAML_SEQUENCE_END_EVENT:
+      case YAML_MAPPING_END_EVENT: {
+        Open closed = std::move(open_.back());
+        open_.pop_back();
+        add(closed.node, closed.anchor);
+        return true;
+      }
+      case YAML_ALIAS_EVENT:
+        add(alias(event), "");
+        return true;
+      case YAML_STREAM_END_EVENT:
+        return false;
+      case YAML_NO_EVENT:
+      case YAML_STREAM_START_EVENT:
+      case YAML_DOCUMENT_END_EVENT:
+        break;
+    }
+    return true;
+  }
+
+  static YAML::Node scalar(const yaml_event_t& event) {
+    const auto& data = event.data.scalar;
+    const std::string value(reinterpret_cast<const char*>(data.value), data.length);
+    const bool plain = data.style == YAML_PLAIN_SCALAR_STYLE;
+    if (plain && !data.tag && YAML::IsNullString(value)) return YAML::Node(YAML::NodeType::Null);
+    YAML::Node node(value);
+    node.SetTag(data.tag ? words(data.tag) : plain ? "?" : "!");  // as yaml-cpp does
+    return node;
+  }
+
+  YAML::Node alias(const yaml_event_t& event) const {
+    const std::string anchor = words(event.data.alias.anchor);
+    if (aliases_ == Aliases::kRefused) refuse(event.start_mark, "got an alias, wanted plain values");
+    const auto holds_it = [&anchor](const Open& open) { return open.anchor == anchor; };
+    if (std::any_of(open_.begin(), open_.end(), holds_it))
+      refuse(event.start_mark, "got an alias of what holds it");
+    const auto found = anchors_.find(anchor);
+    if (found == anchors_.end()) refuse(event.start_mark, "got an alias of nothing: '" + anchor + "'");
+    return found->second;
+  }
+
+  void open(YAML::NodeType::value type, const std::string& anchor, const yaml_event_t& event) {
+    if (open_.size() >= kDeepest)
+      refuse(event.start_mark, "nested deeper than " + std::to_string(kDeepest) + " levels");
+    Open open;
+    open.node = YAML::Node(type);
+    open.anchor = anchor;
+    open_.push_back(std::move(open));
+  }
+
+  /// As it was written, for those who print it.
+  void setFlow(bool flow) {
+    open_.back().node.SetStyle(flow ? YAML::EmitterStyle::Flow : YAML::EmitterStyle::Block);
+  }
+
+  void add(const YAML::Node& node, const std::string& anchor) {
+    if (!anchor.empty()) {
+      anchors_.erase(anchor);  // assigning a node would change the one that was named so before
+      anchors_.emplace(anchor, node);
+    }
+    if (open_.empty()) {
+      root_.reset(node);
+      return;
+    }
+    Open& into = open_.back();
+    if (into.node.IsSequence()) {
+      into.node.push_back(node);
+    } else if (into.has_key) {
+      into.node.force_insert(into.key, node);  // the same key twice stays twice
+      into.has_key = false;
+    } else {
+      into.key.reset(node);
+      into.has_key = true;
     }
   }
 
-  std::string file_;
+  const std::string& what_;
   const Aliases aliases_;
-  std::vector<YAML::anchor_t> open_;  ///< anchors of the lists and maps that are open, 0 without one
-  int events_ = 0;
+  yaml_parser_t parser_;
+  std::vector<Open> open_;  ///< lists and maps that are not closed
+  std::map<std::string, YAML::Node> anchors_;
+  YAML::Node root_;
+  int documents_ = 0;
 };
-
-/// Throws if a list or a map in brackets has no end: yaml-cpp before 0.7 then looks for it for ever.
-void requireClosedBrackets(const std::string& text, const std::string& file) {
-  std::vector<int> open;  // lines of brackets
-  char quote = 0;
-  int line = 1;
-  for (std::size_t n = 0; n < text.size(); ++n) {
-    const char c = text[n];
-    if (c == '\n') ++line;
-    if (quote != 0) {
-      if (quote == '"' && c == '\\') ++n;
-      if (c == quote) quote = 0;
-    } else if (c == '\'' || c == '"') {
-      if (n == 0 || std::strchr(" \t\n,:[{", text[n - 1]) != nullptr) quote = c;  // else inside a word
-    } else if (c == '#' && (n == 0 || std::isspace(static_cast<unsigned char>(text[n - 1])))) {
-      while (n + 1 < text.size() && text[n + 1] != '\n') ++n;
-    } else if (c == '[' || c == '{') {
-      open.push_back(line);
-    } else if ((c == ']' || c == '}') && !open.empty()) {
-      open.pop_back();
-    }
-  }
-  if (!open.empty())
-    throw std::runtime_error(file + "got a bracket in line " + std::to_string(open.back()) +
-                             " that is not closed");
-}
 
 }  // namespace
 
 YAML::Node plainYaml(const std::string& what, const std::string& text, Aliases aliases) {
-  requireClosedBrackets(text, what);
-  try {
-    std::stringstream stream(text);
-    YAML::Parser parser(stream);
-    Guard guard(what, aliases);
-    if (!parser.HandleNextDocument(guard)) return {};
-    return YAML::Load(text);
-  } catch (const YAML::Exception& problem) {
-    throw std::runtime_error(what + problem.what());
-  }
+  return Builder(what, text, aliases).document();
 }
 
 YAML::Node loadPlainYaml(const std::string& what, const std::string& path, std::size_t max_bytes,

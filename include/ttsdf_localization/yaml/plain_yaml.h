@@ -14,8 +14,8 @@ enum class Aliases {
   kAllowed,  ///< but for those of what holds them; the caller bounds what they become
 };
 
-/// The one document of a text. Throws std::runtime_error that begins with `what`: nested deeper than 16
-/// levels, brackets that are not closed, aliases, not YAML.
+/// The one document of a text, null if there is none. Throws std::runtime_error that begins with `what` and
+/// names the line: not YAML, nested deeper than 16 levels, aliases, a second document.
 YAML::Node plainYaml(const std::string& what, const std::string& text, Aliases aliases = Aliases::kRefused);
 
 /// The same of a file: unreadable or larger than `max_bytes` is an error as well; messages begin with `what`
