@@ -6,7 +6,7 @@ endforeach()
 ttsdf_library(ttsdf_evaluation
   SOURCES
     src/evaluation/field_methods.cpp
-    src/evaluation/map_memory.cpp
+    src/evaluation/method_memory.cpp
     src/evaluation/paper_method.cpp
     src/evaluation/perturbation.cpp
     src/evaluation/scan_set.cpp

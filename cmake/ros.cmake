@@ -62,23 +62,23 @@ find_package(PNG REQUIRED)
 # ---- localization (core + ros) ---------------------------------------------------------------------------------------
 ttsdf_ros_library(ttsdf_ros
   SOURCES
-    src/ros/common/conversions.cpp
-    src/ros/common/cloud_conversion.cpp
-    src/ros/common/compressed_depth.cpp
-    src/ros/common/depth_conversion.cpp
-    src/ros/common/parameters.cpp
-    src/ros/common/localization_options.cpp
-    src/ros/common/clock_watch.cpp
-    src/ros/common/pose_input.cpp
-    src/ros/common/pose_saver.cpp
-    src/ros/common/pose_store.cpp
-    src/ros/common/gravity_hint.cpp
-    src/ros/common/map_source.cpp
-    src/ros/common/atlas_client.cpp
-    src/ros/common/atlas_messages.cpp
-    src/ros/common/atlas_source.cpp
-    src/ros/common/scan_queue.cpp
-    src/ros/common/scan_localizer.cpp
+    src/ros/messages/conversions.cpp
+    src/ros/messages/cloud_conversion.cpp
+    src/ros/messages/compressed_depth.cpp
+    src/ros/messages/depth_conversion.cpp
+    src/ros/parameters/parameters.cpp
+    src/ros/parameters/localization_options.cpp
+    src/ros/scans/clock_watch.cpp
+    src/ros/poses/pose_input.cpp
+    src/ros/poses/pose_saver.cpp
+    src/ros/poses/pose_store.cpp
+    src/ros/scans/gravity_hint.cpp
+    src/ros/maps/map_source.cpp
+    src/ros/maps/atlas_client.cpp
+    src/ros/maps/atlas_messages.cpp
+    src/ros/maps/atlas_source.cpp
+    src/ros/scans/scan_queue.cpp
+    src/ros/scans/scan_localizer.cpp
     src/ros/node/live_parameters.cpp
     src/ros/node/global_worker.cpp
     src/ros/node/tf_output.cpp

@@ -10,7 +10,7 @@ ttsdf_ros_library(ttsdf_map_builder
     src/ros/builder/map_builder_ros.cpp
     src/ros/builder/posed_cloud_source.cpp
     src/ros/builder/scan_fuser.cpp
-    src/ros/common/scan_selector.cpp
+    src/ros/scans/scan_selector.cpp
   LIBS ttsdf_map_server ttsdf_map_visualization)
 ttsdf_ros_library(ttsdf_map_builder_nodelet SOURCES src/nodes/map_builder_nodelet.cpp LIBS ttsdf_map_builder)
 ttsdf_node(map_builder_node SOURCES src/nodes/map_builder_node.cpp LIBS ttsdf_map_builder)
@@ -34,7 +34,7 @@ ttsdf_library(ttsdf_offline
     src/ros/offline/bag_player.cpp
     src/ros/offline/offline_report.cpp
     src/ros/offline/offline_run.cpp
-    src/ros/common/yaml_parameters.cpp
+    src/ros/parameters/yaml_parameters.cpp
   PUBLIC ttsdf_ros ${rosbag_storage_LIBRARIES}
   PRIVATE ttsdf_tools ttsdf_yaml ${YAML_CPP_LIBRARIES}
   INCLUDE ${rosbag_storage_INCLUDE_DIRS})

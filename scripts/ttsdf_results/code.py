@@ -17,7 +17,8 @@ PARTS = {
     "build": (*MAP, "readers", "frames", "fusion", "surface", "signed_field", "mesh", "build_steps", "compression", "mapping",
               "agreement"),
     "register": (*MAP, "registration", "evaluation/field_methods"),
-    "localize": (*MAP, "registration", "localization", "ros/common", "ros/node"),
+    "localize": (*MAP, "registration", "localization",
+                 *(f"ros/{part}" for part in ("messages", "parameters", "poses", "scans", "maps", "node"))),
     "paper": (*MAP, "evaluation/paper_method"),
     # methods of others do not depend on our code; tests pin how frames are read
     "sweep": tuple(f"evaluation/{name}" for name in ("cloud_methods", "open3d_methods", "scan_set", "perturbation", "sweep")),

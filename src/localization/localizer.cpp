@@ -196,7 +196,7 @@ GlobalJob Localizer::beginGlobal(const LocalizerScan& scan, const std::optional<
   return GlobalJob(++global_id_, field_, registration_->longRangeField(), scan, gravity, options_);
 }
 
-LocalizationUpdate Localizer::finishGlobal(const GlobalJob& job) {
+LocalizationUpdate Localizer::applyGlobal(const GlobalJob& job) {
   LocalizationUpdate update = blank(job.scan());
   if (!global_running_ || job.id() != global_id_) {
     update.reason = RefusalReason::kCancelled;

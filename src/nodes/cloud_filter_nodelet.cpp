@@ -12,7 +12,7 @@
 #include <exception>
 #include <pluginlib/class_list_macros.hpp>
 
-#include "ros/common/parameters.h"
+#include "ros/parameters/parameters.h"
 
 namespace ttsdf_localization {
 

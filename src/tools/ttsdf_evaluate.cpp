@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <iostream>
 
-#include "ttsdf_localization/evaluation/map_memory.h"
 #include "ttsdf_localization/evaluation/method_factory.h"
+#include "ttsdf_localization/evaluation/method_memory.h"
 #include "ttsdf_localization/evaluation/sweep.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/progress.h"
@@ -114,14 +114,14 @@ std::string datasetName(const Arguments& a) {
 // before.
 void noteMemory(const std::string& path, const ttsdf::SweepRun& sweep,
                 std::unique_ptr<ttsdf::Method> method) {
-  ttsdf::MapMemory row{sweep.dataset, sweep.method, method->paperBytes(), ttsdf::heapBytes()};
+  ttsdf::MethodMemory row{sweep.dataset, sweep.method, method->paperBytes(), ttsdf::heapBytes()};
   method.reset();
   row.memory_bytes -= std::min(row.memory_bytes, ttsdf::heapBytes());
-  for (const auto& before : ttsdf::readMapMemory(path)) {
+  for (const auto& before : ttsdf::readMethodMemory(path)) {
     const bool same = before.dataset == row.dataset && before.method == row.method;
     if (same) row.memory_bytes = std::max(row.memory_bytes, before.memory_bytes);
   }
-  ttsdf::recordMapMemory(path, row);
+  ttsdf::recordMethodMemory(path, row);
 }
 
 int run(int argc, char** argv) {

@@ -155,13 +155,17 @@ TEST(Layers, NoArrowTurnsRound) {
 // What is not localization does not get into the localizer's node.
 TEST(Layers, FoldersOfTheRosLayerKeepTheirOrder) {
   const std::map<std::string, Names> may_use = {
-      {"common", {}},
-      {"node", {"common"}},
-      {"offline", {"common", "node"}},
-      {"server", {"common"}},
-      {"operator", {"common"}},
-      {"builder", {"common", "server", "operator"}},
-      {"demo", {"common", "builder"}},
+      {"messages", {}},
+      {"parameters", {"messages"}},
+      {"poses", {"messages", "parameters"}},
+      {"scans", {"messages", "parameters", "poses"}},
+      {"maps", {"messages", "parameters", "scans"}},
+      {"node", {"messages", "parameters", "poses", "scans", "maps"}},
+      {"offline", {"messages", "parameters", "poses", "scans", "maps", "node"}},
+      {"server", {"messages", "maps"}},
+      {"operator", {"parameters", "scans"}},
+      {"builder", {"messages", "parameters", "scans", "server", "operator"}},
+      {"demo", {"messages", "parameters"}},
   };
   static const std::regex kRosFolder("^ros/([a-z]+)/.*\\.h$");
   for (const Include& include : includes()) {

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "ros/builder/map_builder_options.h"
-#include "ros/common/localization_options.h"
+#include "ros/parameters/localization_options.h"
 #include "ros/demo/demo_ros.h"
 #include "ros/demo/simulated_camera_options.h"
 #include "ros/operator/map_surface.h"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "ttsdf_localization/evaluation/map_memory.h"
 #include "ttsdf_localization/evaluation/method_factory.h"
+#include "ttsdf_localization/evaluation/method_memory.h"
 #include "ttsdf_localization/geometry/se3.h"
 
 namespace ttsdf {
@@ -172,10 +172,10 @@ TEST(MethodSpec, KnowsTheKinds) {
 TEST(MapMemoryFile, ReplacesTheRowOfTheSameMethod) {
   const std::string path =
       (std::filesystem::temp_directory_path() / ("ttsdf_memory_" + std::to_string(::getpid()))).string();
-  recordMapMemory(path, {"kitchen", "ours", 10, 20});
-  recordMapMemory(path, {"kitchen", "icp", 1, 2});
-  recordMapMemory(path, {"kitchen", "ours", 30, 40});
-  const auto rows = readMapMemory(path);
+  recordMethodMemory(path, {"kitchen", "ours", 10, 20});
+  recordMethodMemory(path, {"kitchen", "icp", 1, 2});
+  recordMethodMemory(path, {"kitchen", "ours", 30, 40});
+  const auto rows = readMethodMemory(path);
   std::filesystem::remove(path);
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0].paper_bytes, 30u);

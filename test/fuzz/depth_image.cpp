@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "input.h"
-#include "ros/common/depth_conversion.h"
+#include "ros/messages/depth_conversion.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace ttsdf::fuzz;

@@ -9,7 +9,7 @@
 #include "../map/room_map.h"
 #include "../ros/depth_samples.h"
 #include "files.h"
-#include "ros/common/cloud_conversion.h"
+#include "ros/messages/cloud_conversion.h"
 #include "ttsdf_localization/map/map_io.h"
 
 namespace {

@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "input.h"
-#include "ros/common/cloud_conversion.h"
+#include "ros/messages/cloud_conversion.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   ttsdf::fuzz::Input in(data, size);

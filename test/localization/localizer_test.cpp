@@ -166,7 +166,7 @@ TEST(Localizer, FindsItselfGloballyAfterItWasCarriedAway) {
     GlobalJob job = t.localizer.beginGlobal(scan, gravity);
     EXPECT_EQ(t.localizer.process(t.walk.scanAt(++t.next, T_elsewhere)).state, LocalizerState::kRelocalizing);
     job.run();
-    t.localizer.finishGlobal(job);
+    t.localizer.applyGlobal(job);
   }
   ASSERT_TRUE(update.pose_valid) << update.message;
   EXPECT_GE(globals, 1);
@@ -188,7 +188,7 @@ TEST(Localizer, WaitsAfterItsGlobalAttemptsAreUsedUp) {
     ++globals;
     GlobalJob job = t.localizer.beginGlobal(scan, std::nullopt);
     job.run([](double) { return false; });
-    const LocalizationUpdate update = t.localizer.finishGlobal(job);
+    const LocalizationUpdate update = t.localizer.applyGlobal(job);
     EXPECT_EQ(update.reason, RefusalReason::kCancelled);
   }
   EXPECT_EQ(t.localizer.state(), LocalizerState::kWaitingForPose);

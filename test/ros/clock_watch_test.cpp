@@ -1,4 +1,4 @@
-#include "ros/common/clock_watch.h"
+#include "ros/scans/clock_watch.h"
 
 #include <gtest/gtest.h>
 

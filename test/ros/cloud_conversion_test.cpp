@@ -1,4 +1,4 @@
-#include "ros/common/cloud_conversion.h"
+#include "ros/messages/cloud_conversion.h"
 
 #include <gtest/gtest.h>
 

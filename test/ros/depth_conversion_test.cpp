@@ -1,6 +1,6 @@
 // Depth images: parts of the sensor, binned, compressed, damaged.
 
-#include "ros/common/depth_conversion.h"
+#include "ros/messages/depth_conversion.h"
 
 #include <gtest/gtest.h>
 

@@ -26,8 +26,8 @@
 #include <thread>
 
 #include "../support/room.h"
-#include "ros/common/cloud_conversion.h"
-#include "ros/common/conversions.h"
+#include "ros/messages/cloud_conversion.h"
+#include "ros/messages/conversions.h"
 #include "ros/node/localization_ros.h"
 #include "synthetic_scans.h"
 

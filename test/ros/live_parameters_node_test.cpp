@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "../support/room.h"
-#include "ros/common/cloud_conversion.h"
-#include "ros/common/conversions.h"
+#include "ros/messages/cloud_conversion.h"
+#include "ros/messages/conversions.h"
 #include "synthetic_scans.h"
 #include "ttsdf_localization/LocalizationStatus.h"
 

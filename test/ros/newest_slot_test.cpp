@@ -1,4 +1,4 @@
-#include "ros/common/newest_slot.h"
+#include "ros/scans/newest_slot.h"
 
 #include <gtest/gtest.h>
 

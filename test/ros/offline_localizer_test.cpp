@@ -13,8 +13,8 @@
 
 #include "../support/room.h"
 #include "../tools/tool_process.h"
-#include "ros/common/cloud_conversion.h"
-#include "ros/common/conversions.h"
+#include "ros/messages/cloud_conversion.h"
+#include "ros/messages/conversions.h"
 #include "synthetic_scans.h"
 
 namespace ttsdf {

@@ -1,4 +1,4 @@
-#include "ros/common/parameters.h"
+#include "ros/parameters/parameters.h"
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -8,7 +8,7 @@
 #include <sstream>
 #include <string>
 
-#include "ros/common/localization_options.h"
+#include "ros/parameters/localization_options.h"
 
 namespace ttsdf {
 namespace {

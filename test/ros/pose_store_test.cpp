@@ -1,4 +1,4 @@
-#include "ros/common/pose_store.h"
+#include "ros/poses/pose_store.h"
 
 #include <gtest/gtest.h>
 

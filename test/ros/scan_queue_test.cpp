@@ -1,6 +1,6 @@
 // Scans that wait for late, slow, silent and missing odometry.
 
-#include "ros/common/scan_queue.h"
+#include "ros/scans/scan_queue.h"
 
 #include <gtest/gtest.h>
 

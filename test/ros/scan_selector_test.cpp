@@ -1,4 +1,4 @@
-#include "ros/common/scan_selector.h"
+#include "ros/scans/scan_selector.h"
 
 #include <gtest/gtest.h>
 

@@ -105,7 +105,7 @@ class Localizer {
   /// Starts a global localization: run the job anywhere, then hand it back. Throws std::logic_error without a
   /// map.
   GlobalJob beginGlobal(const LocalizerScan& scan, const std::optional<Eigen::Vector3d>& gravity);
-  LocalizationUpdate finishGlobal(const GlobalJob& job);
+  LocalizationUpdate applyGlobal(const GlobalJob& job);
   bool globalRunning() const { return global_running_; }
 
   /// The clock went back (a bag loops): stamps and velocity are forgotten, map and correction are tried

@@ -1,6 +1,6 @@
 #include "ros/builder/map_builder_options.h"
 
-#include "ros/common/conversions.h"
+#include "ros/messages/conversions.h"
 
 namespace ttsdf {
 

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "ros/builder/scan_fuser.h"
-#include "ros/common/parameters.h"
-#include "ros/common/scan_selector.h"
+#include "ros/parameters/parameters.h"
+#include "ros/scans/scan_selector.h"
 #include "ttsdf_localization/mapping/map_builder.h"
 #include "ttsdf_localization/options/option_table.h"
 

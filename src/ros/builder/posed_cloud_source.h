@@ -13,10 +13,10 @@
 #include <mutex>
 #include <string>
 
-#include "ros/common/clock_watch.h"
-#include "ros/common/scan_queue.h"
-#include "ros/common/scan_selector.h"
-#include "ros/common/transform_input.h"
+#include "ros/scans/clock_watch.h"
+#include "ros/scans/scan_queue.h"
+#include "ros/scans/scan_selector.h"
+#include "ros/scans/transform_input.h"
 
 namespace ttsdf {
 

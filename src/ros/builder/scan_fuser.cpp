@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ros/common/cloud_conversion.h"
+#include "ros/messages/cloud_conversion.h"
 #include "ttsdf_localization/frames/pinhole.h"
 
 namespace ttsdf {

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "ros/common/conversions.h"
-#include "ros/common/parameters.h"
+#include "ros/messages/conversions.h"
+#include "ros/parameters/parameters.h"
 #include "ttsdf_localization/BuildMap.h"
 #include "ttsdf_localization/LoadMap.h"
 #include "ttsdf_localization/SaveMap.h"

@@ -1,6 +1,6 @@
 #include "ros/demo/simulated_camera_options.h"
 
-#include "ros/common/conversions.h"
+#include "ros/messages/conversions.h"
 
 namespace ttsdf {
 

@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "ros/common/parameters.h"
+#include "ros/parameters/parameters.h"
 #include "ttsdf_localization/options/option_table.h"
 #include "ttsdf_localization/simulation/simulated_rig.h"
 

@@ -5,8 +5,8 @@
 
 #include <sstream>
 
-#include "ros/common/conversions.h"
 #include "ros/demo/depth_messages.h"
+#include "ros/messages/conversions.h"
 
 namespace ttsdf {
 

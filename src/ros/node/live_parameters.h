@@ -12,7 +12,7 @@
 #include <mutex>
 #include <vector>
 
-#include "ros/common/localization_options.h"
+#include "ros/parameters/localization_options.h"
 
 namespace ttsdf {
 

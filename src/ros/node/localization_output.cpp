@@ -7,8 +7,8 @@
 
 #include <cmath>
 
-#include "ros/common/cloud_conversion.h"
-#include "ros/common/conversions.h"
+#include "ros/messages/cloud_conversion.h"
+#include "ros/messages/conversions.h"
 #include "ttsdf_localization/localization/pose_covariance.h"
 
 namespace ttsdf {

@@ -8,7 +8,7 @@
 
 #include <string>
 
-#include "ros/common/localization_options.h"
+#include "ros/parameters/localization_options.h"
 #include "ttsdf_localization/LocalizationStatus.h"
 #include "ttsdf_localization/localization/localization_types.h"
 

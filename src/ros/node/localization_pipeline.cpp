@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ros/common/conversions.h"
+#include "ros/messages/conversions.h"
 
 namespace ttsdf {
 

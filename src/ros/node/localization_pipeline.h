@@ -21,11 +21,11 @@
 #include <string>
 #include <thread>
 
-#include "ros/common/map_source.h"
-#include "ros/common/scan_localizer.h"
+#include "ros/maps/map_source.h"
 #include "ros/node/global_worker.h"
 #include "ros/node/localization_output.h"
 #include "ros/node/tf_output.h"
+#include "ros/scans/scan_localizer.h"
 #include "ttsdf_localization/GlobalLocalization.h"
 #include "ttsdf_localization/LocalizationStatus.h"
 #include "ttsdf_localization/Relocalize.h"

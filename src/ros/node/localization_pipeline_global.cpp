@@ -27,7 +27,7 @@ void LocalizationPipeline::startGlobal(const SeenScan& seen) {
   ++orders_;
   GlobalJob job = localizer_.localizer().beginGlobal(seen.scan, down);
   if (!global_worker_->start(job)) {
-    global_outcome_ = localizer_.localizer().finishGlobal(job);
+    global_outcome_ = localizer_.localizer().applyGlobal(job);
     return;
   }
   Status status = currentStatus();
@@ -67,7 +67,7 @@ void LocalizationPipeline::onGlobalProgress(double share) {
 
 void LocalizationPipeline::onGlobalDone(const GlobalJob& job) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  global_outcome_ = localizer_.localizer().finishGlobal(job);
+  global_outcome_ = localizer_.localizer().applyGlobal(job);
   const std::string remark = wider_search_.remark ? wider_search_.remark() : std::string();
   if (!remark.empty()) global_outcome_->message += "; " + remark;
   ros::Time stamp;

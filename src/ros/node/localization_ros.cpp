@@ -4,8 +4,8 @@
 #include <exception>
 #include <utility>
 
-#include "ros/common/conversions.h"
-#include "ros/common/pose_store.h"
+#include "ros/messages/conversions.h"
+#include "ros/poses/pose_store.h"
 
 namespace ttsdf {
 

@@ -20,15 +20,15 @@
 #include <string>
 #include <vector>
 
-#include "ros/common/atlas_source.h"
-#include "ros/common/clock_watch.h"
-#include "ros/common/map_source.h"
-#include "ros/common/pose_saver.h"
-#include "ros/common/transform_input.h"
+#include "ros/maps/atlas_source.h"
+#include "ros/maps/map_source.h"
 #include "ros/node/live_parameters.h"
 #include "ros/node/localization_diagnostics.h"
 #include "ros/node/localization_pipeline.h"
 #include "ros/node/scan_input.h"
+#include "ros/poses/pose_saver.h"
+#include "ros/scans/clock_watch.h"
+#include "ros/scans/transform_input.h"
 #include "ttsdf_localization/GetMap.h"
 #include "ttsdf_localization/LoadMap.h"
 #include "ttsdf_localization/SetMap.h"

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "ros/common/service_answer.h"
+#include "ros/maps/service_answer.h"
 #include "ros/node/localization_ros.h"
 #include "ttsdf_localization/files/file_writer.h"
 

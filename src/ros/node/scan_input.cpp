@@ -7,8 +7,8 @@
 #include <sstream>
 #include <utility>
 
-#include "ros/common/conversions.h"
-#include "ros/common/depth_conversion.h"
+#include "ros/messages/conversions.h"
+#include "ros/messages/depth_conversion.h"
 
 namespace ttsdf {
 

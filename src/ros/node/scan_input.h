@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "ros/common/clock_watch.h"
-#include "ros/common/cloud_conversion.h"
-#include "ros/common/localization_options.h"
-#include "ros/common/scan_queue.h"
+#include "ros/messages/cloud_conversion.h"
+#include "ros/parameters/localization_options.h"
+#include "ros/scans/clock_watch.h"
+#include "ros/scans/scan_queue.h"
 
 namespace ttsdf {
 

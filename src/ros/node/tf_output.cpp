@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "ros/common/conversions.h"
+#include "ros/messages/conversions.h"
 
 namespace ttsdf {
 

@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ros/common/conversions.h"
-#include "ros/common/pose_store.h"
+#include "ros/messages/conversions.h"
 #include "ros/node/localization_output.h"
+#include "ros/poses/pose_store.h"
 
 namespace ttsdf {
 
@@ -93,7 +93,7 @@ void BagLocalizer::runGlobal(const LocalizerScan& scan, const std_msgs::Header& 
   Localizer& localizer = localizer_.localizer();
   GlobalJob job = localizer.beginGlobal(scan, localizer_.gravity().down(header.frame_id, header.stamp));
   job.run();
-  localizer.finishGlobal(job);
+  localizer.applyGlobal(job);
 }
 
 void BagLocalizer::refuse(const std_msgs::Header& header, std::uint8_t reason, const std::string& message) {

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "ros/common/clock_watch.h"
-#include "ros/common/cloud_conversion.h"
-#include "ros/common/scan_localizer.h"
+#include "ros/messages/cloud_conversion.h"
+#include "ros/scans/clock_watch.h"
+#include "ros/scans/scan_localizer.h"
 #include "ttsdf_localization/LocalizationStatus.h"
 
 namespace ttsdf {

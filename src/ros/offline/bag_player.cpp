@@ -10,8 +10,8 @@
 #include <map>
 #include <stdexcept>
 
-#include "ros/common/conversions.h"
-#include "ros/common/depth_conversion.h"
+#include "ros/messages/conversions.h"
+#include "ros/messages/depth_conversion.h"
 #include "ros/offline/offline_run.h"
 
 namespace ttsdf {

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <iostream>
 
-#include "ros/common/map_source.h"
-#include "ros/common/yaml_parameters.h"
+#include "ros/maps/map_source.h"
 #include "ros/offline/offline_report.h"
+#include "ros/parameters/yaml_parameters.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/json_file.h"
 #include "ttsdf_localization/tools/progress.h"

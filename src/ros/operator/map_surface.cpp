@@ -5,8 +5,8 @@
 #include <exception>
 #include <stdexcept>
 
-#include "ros/common/parameters.h"
 #include "ros/operator/map_visualization.h"
+#include "ros/parameters/parameters.h"
 #include "ttsdf_localization/GetMap.h"
 #include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/surface/surface_mesh.h"

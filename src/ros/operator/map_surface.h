@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "ros/common/newest_slot.h"
+#include "ros/scans/newest_slot.h"
 #include "ttsdf_localization/LocalizationStatus.h"
 #include "ttsdf_localization/options/option_table.h"
 

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "ros/common/parameters.h"
+#include "ros/parameters/parameters.h"
 #include "ttsdf_localization/BuildMap.h"
 #include "ttsdf_localization/GlobalLocalization.h"
 #include "ttsdf_localization/LoadMap.h"

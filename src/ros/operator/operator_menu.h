@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "ros/common/newest_slot.h"
+#include "ros/scans/newest_slot.h"
 #include "ttsdf_localization/LocalizationStatus.h"
 #include "ttsdf_localization/options/option_table.h"
 

@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ros/common/atlas_messages.h"
-#include "ros/common/service_answer.h"
+#include "ros/maps/atlas_messages.h"
+#include "ros/maps/service_answer.h"
 #include "ttsdf_localization/atlas/map_difference.h"
 #include "ttsdf_localization/atlas/place_index_file.h"
 

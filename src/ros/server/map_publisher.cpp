@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "ros/common/conversions.h"
+#include "ros/messages/conversions.h"
 #include "ttsdf_localization/map/map_io.h"
 
 namespace ttsdf {

@@ -1,4 +1,4 @@
-#include "ros/common/map_source.h"
+#include "ros/maps/map_source.h"
 
 #include <ros/connection.h>
 #include <ros/service.h>
@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ros/common/conversions.h"
+#include "ros/messages/conversions.h"
 #include "ttsdf_localization/map/map_io.h"
 
 namespace ttsdf {

@@ -1,4 +1,4 @@
-#include "ros/common/parameters.h"
+#include "ros/parameters/parameters.h"
 
 #include <algorithm>
 #include <cmath>

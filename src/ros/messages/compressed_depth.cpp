@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "ros/common/depth_conversion.h"
+#include "ros/messages/depth_conversion.h"
 
 namespace ttsdf {
 

@@ -1,4 +1,4 @@
-#include "ros/common/conversions.h"
+#include "ros/messages/conversions.h"
 
 #include <cmath>
 #include <sstream>

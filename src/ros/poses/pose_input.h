@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "ros/common/localization_options.h"
+#include "ros/parameters/localization_options.h"
 #include "ttsdf_localization/localization/localization_types.h"
 
 namespace ttsdf {

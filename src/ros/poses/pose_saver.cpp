@@ -1,11 +1,11 @@
-#include "ros/common/pose_saver.h"
+#include "ros/poses/pose_saver.h"
 
 #include <ros/console.h>
 
 #include <exception>
 #include <utility>
 
-#include "ros/common/pose_store.h"
+#include "ros/poses/pose_store.h"
 
 namespace ttsdf {
 

@@ -1,11 +1,11 @@
-#include "ros/common/localization_options.h"
+#include "ros/parameters/localization_options.h"
 
 #include <cmath>
 #include <iterator>
 #include <sstream>
 #include <stdexcept>
 
-#include "ros/common/conversions.h"
+#include "ros/messages/conversions.h"
 
 namespace ttsdf {
 

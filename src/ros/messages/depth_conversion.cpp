@@ -1,4 +1,4 @@
-#include "ros/common/depth_conversion.h"
+#include "ros/messages/depth_conversion.h"
 
 #include <sensor_msgs/image_encodings.h>
 

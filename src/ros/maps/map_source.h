@@ -13,8 +13,8 @@
 #include <thread>
 #include <vector>
 
-#include "ros/common/localization_options.h"
-#include "ros/common/newest_slot.h"
+#include "ros/parameters/localization_options.h"
+#include "ros/scans/newest_slot.h"
 #include "ttsdf_localization/GetMap.h"
 #include "ttsdf_localization/SetMap.h"
 #include "ttsdf_localization/TtSdfMap.h"

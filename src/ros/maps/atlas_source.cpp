@@ -1,4 +1,4 @@
-#include "ros/common/atlas_source.h"
+#include "ros/maps/atlas_source.h"
 
 #include <algorithm>
 #include <filesystem>

@@ -5,7 +5,7 @@
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 
-#include "ros/common/cloud_conversion.h"
+#include "ros/messages/cloud_conversion.h"
 
 namespace ttsdf {
 

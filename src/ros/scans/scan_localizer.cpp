@@ -1,4 +1,4 @@
-#include "ros/common/scan_localizer.h"
+#include "ros/scans/scan_localizer.h"
 
 #include <tf2/exceptions.h>
 
@@ -6,7 +6,7 @@
 #include <exception>
 #include <utility>
 
-#include "ros/common/conversions.h"
+#include "ros/messages/conversions.h"
 #include "ttsdf_localization/geometry/se3.h"
 
 namespace ttsdf {

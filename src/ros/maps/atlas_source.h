@@ -10,8 +10,8 @@
 #include <optional>
 #include <string>
 
-#include "ros/common/atlas_client.h"
-#include "ros/common/map_source.h"
+#include "ros/maps/atlas_client.h"
+#include "ros/maps/map_source.h"
 #include "ttsdf_localization/atlas/atlas_loader.h"
 #include "ttsdf_localization/atlas/atlas_locator.h"
 

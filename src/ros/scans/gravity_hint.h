@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "ros/common/localization_options.h"
+#include "ros/parameters/localization_options.h"
 
 namespace ttsdf {
 

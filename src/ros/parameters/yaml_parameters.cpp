@@ -1,4 +1,4 @@
-#include "ros/common/yaml_parameters.h"
+#include "ros/parameters/yaml_parameters.h"
 
 #include <yaml-cpp/yaml.h>
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "ros/common/cloud_conversion.h"
-#include "ros/common/parameters.h"
+#include "ros/messages/cloud_conversion.h"
+#include "ros/parameters/parameters.h"
 #include "ttsdf_localization/localization/localizer_options.h"
 
 namespace ttsdf {

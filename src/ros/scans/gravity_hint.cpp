@@ -1,10 +1,10 @@
-#include "ros/common/gravity_hint.h"
+#include "ros/scans/gravity_hint.h"
 
 #include <algorithm>
 #include <cmath>
 #include <exception>
 
-#include "ros/common/conversions.h"
+#include "ros/messages/conversions.h"
 
 namespace ttsdf {
 

@@ -1,4 +1,4 @@
-#include "ros/common/scan_queue.h"
+#include "ros/scans/scan_queue.h"
 
 #include <tf2/exceptions.h>
 

@@ -8,10 +8,10 @@
 #include <optional>
 #include <string>
 
-#include "ros/common/gravity_hint.h"
-#include "ros/common/localization_options.h"
-#include "ros/common/pose_input.h"
-#include "ros/common/scan_queue.h"
+#include "ros/parameters/localization_options.h"
+#include "ros/poses/pose_input.h"
+#include "ros/scans/gravity_hint.h"
+#include "ros/scans/scan_queue.h"
 #include "ttsdf_localization/localization/localizer.h"
 
 namespace ttsdf {

@@ -1,4 +1,4 @@
-#include "ttsdf_localization/evaluation/map_memory.h"
+#include "ttsdf_localization/evaluation/method_memory.h"
 
 #include <malloc.h>
 
@@ -14,9 +14,9 @@ namespace {
 
 constexpr const char* kMemoryHeader = "dataset,method,paper_bytes,memory_bytes";
 
-MapMemory memoryFromLine(const std::string& line) {
+MethodMemory memoryFromLine(const std::string& line) {
   std::istringstream cells(line);
-  MapMemory row;
+  MethodMemory row;
   char comma = 0;
   const bool labels = std::getline(cells, row.dataset, ',') && std::getline(cells, row.method, ',');
   if (!labels || !(cells >> row.paper_bytes >> comma >> row.memory_bytes)) {
@@ -39,8 +39,8 @@ std::size_t heapBytes() {
 #endif
 }
 
-std::vector<MapMemory> readMapMemory(const std::string& path) {
-  std::vector<MapMemory> rows;
+std::vector<MethodMemory> readMethodMemory(const std::string& path) {
+  std::vector<MethodMemory> rows;
   if (!std::filesystem::exists(path)) return rows;
   std::ifstream in(path);
   std::string line;
@@ -59,9 +59,9 @@ std::vector<MapMemory> readMapMemory(const std::string& path) {
   return rows;
 }
 
-void recordMapMemory(const std::string& path, const MapMemory& row) {
-  auto rows = readMapMemory(path);
-  const auto same = std::find_if(rows.begin(), rows.end(), [&row](const MapMemory& other) {
+void recordMethodMemory(const std::string& path, const MethodMemory& row) {
+  auto rows = readMethodMemory(path);
+  const auto same = std::find_if(rows.begin(), rows.end(), [&row](const MethodMemory& other) {
     return other.dataset == row.dataset && other.method == row.method;
   });
   if (same != rows.end()) {

@@ -1,4 +1,4 @@
-#include "ros/common/atlas_messages.h"
+#include "ros/maps/atlas_messages.h"
 
 #include <tf2_eigen/tf2_eigen.h>
 

@@ -7,7 +7,7 @@
 
 namespace ttsdf {
 
-struct MapMemory {
+struct MethodMemory {
   std::string dataset, method;
   std::size_t paper_bytes = 0;  ///< by the paper's formula
   std::size_t memory_bytes =
@@ -18,10 +18,10 @@ struct MapMemory {
 std::size_t heapBytes();
 
 /// The rows of such a file; none if it does not exist. Throws std::runtime_error for another kind of file.
-std::vector<MapMemory> readMapMemory(const std::string& path);
+std::vector<MethodMemory> readMethodMemory(const std::string& path);
 
 /// Adds a row, or replaces that of the same data set and method. Throws std::runtime_error if the file cannot
 /// be read or written.
-void recordMapMemory(const std::string& path, const MapMemory& row);
+void recordMethodMemory(const std::string& path, const MethodMemory& row);
 
 }  // namespace ttsdf

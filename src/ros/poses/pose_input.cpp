@@ -1,8 +1,8 @@
-#include "ros/common/pose_input.h"
+#include "ros/poses/pose_input.h"
 
 #include <tf2/exceptions.h>
 
-#include "ros/common/conversions.h"
+#include "ros/messages/conversions.h"
 
 namespace ttsdf {
 

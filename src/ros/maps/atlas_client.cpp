@@ -1,4 +1,4 @@
-#include "ros/common/atlas_client.h"
+#include "ros/maps/atlas_client.h"
 
 #include <ros/connection.h>
 #include <ros/service.h>
@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ros/common/atlas_messages.h"
+#include "ros/maps/atlas_messages.h"
 
 namespace ttsdf {
 
