@@ -1,9 +1,10 @@
 #include "ttsdf_localization/field/dense_distance_field.h"
 
+#include <algorithm>
 #include <sstream>
 #include <stdexcept>
 
-#include "grid_evaluation.h"
+#include "grid_locator.h"
 
 namespace ttsdf {
 
@@ -33,8 +34,22 @@ class DenseDistanceField::Impl {
   }
 
   void stencils(const CellChunk& cells, StencilChunk& out) const {
-    const auto sample = [this](int a, int b, int c) { return tensor(a, b, c); };
-    fillStencils(grid, cells, sample, out);
+    const auto& sizes = grid.sizes();
+    for (int p = 0; p < cells.size; ++p) {
+      int index[3] = {cells.cell[0][p], cells.cell[1][p], cells.cell[2][p]};
+      out.value[p][0] = tensor(index[0], index[1], index[2]);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const DifferenceStencil d = differenceStencil(index[axis], sizes[axis]);
+        const int centre = index[axis];
+        float sum = 0.0f;
+        for (int t = 0; t < 3; ++t) {
+          index[axis] = d.index[t];
+          sum += d.weight[t] * tensor(index[0], index[1], index[2]);
+        }
+        index[axis] = centre;
+        out.value[p][axis + 1] = sum;
+      }
+    }
   }
 
   GridLocator grid;
@@ -52,7 +67,22 @@ std::size_t DenseDistanceField::memoryBytes() const {
 const DenseTensor& DenseDistanceField::tensor() const { return impl_->tensor; }
 
 void DenseDistanceField::evaluate(const PointSpan& points, const SampleSpan& samples) const {
-  evaluateOnGrid(*impl_, points, samples);
+  const Impl& self = *impl_;
+  const bool nearest = self.grid.interpolation() == Interpolation::kNearest;
+  CellChunk cells;
+  CornerChunk corners;
+  StencilChunk stencils;
+  for (int begin = 0; begin < points.size; begin += kChunk) {
+    cells.size = std::min(kChunk, points.size - begin);
+    self.grid.locate(points, begin, cells);
+    if (nearest) {
+      self.stencils(cells, stencils);
+      self.grid.copy(cells, stencils, samples, begin);
+    } else {
+      self.corners(cells, corners);
+      self.grid.interpolate(cells, corners, samples, begin);
+    }
+  }
 }
 
 }  // namespace ttsdf

@@ -7,7 +7,6 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "../grid_evaluation.h"
 #include "surface_bricks.h"
 #include "ttsdf_localization/field/long_range_field.h"
 
@@ -111,8 +110,22 @@ class TtDistanceField::Impl {
 
   void stencils(const CellChunk& cells, StencilChunk& out) {
     const std::lock_guard<std::mutex> lock(mutex);
-    const auto sample = [this](int a, int b, int c) { return columns.sample(a, b, c); };
-    fillStencils(grid, cells, sample, out);
+    for (int p = 0; p < cells.size; ++p) {
+      std::array<int, 3> index{{cells.cell[0][p], cells.cell[1][p], cells.cell[2][p]}};
+      out.value[p][0] = columns.sample(index[0], index[1], index[2]);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const int centre = index[axis];
+        const DifferenceStencil d = differenceStencil(centre, grid.sizes()[axis]);
+        float sum = 0.0f;
+        for (int t = 0; t < 3; ++t) {
+          if (d.weight[t] == 0.0f) continue;
+          index[axis] = d.index[t];
+          sum += d.weight[t] * columns.sample(index[0], index[1], index[2]);
+        }
+        index[axis] = centre;
+        out.value[p][axis + 1] = sum;
+      }
+    }
   }
 
   FieldMemory memory() {
@@ -155,7 +168,22 @@ std::array<int, 3> TtDistanceField::walkOrder() const {
 }
 
 void TtDistanceField::evaluate(const PointSpan& points, const SampleSpan& samples) const {
-  evaluateOnGrid(*impl_, points, samples);
+  Impl& self = *impl_;
+  const bool nearest = self.grid.interpolation() == Interpolation::kNearest;
+  CellChunk cells;
+  CornerChunk corners;
+  StencilChunk stencils;
+  for (int begin = 0; begin < points.size; begin += kChunk) {
+    cells.size = std::min(kChunk, points.size - begin);
+    self.grid.locate(points, begin, cells);
+    if (nearest) {
+      self.stencils(cells, stencils);
+      self.grid.copy(cells, stencils, samples, begin);
+    } else {
+      self.corners(cells, corners);
+      self.grid.interpolate(cells, corners, samples, begin);
+    }
+  }
 }
 
 }  // namespace ttsdf
