@@ -7,8 +7,9 @@
 
 #include "ray_kernels.h"
 
-// The loops over pixels in two versions, the right one chosen when the library is loaded.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+// The loops over pixels in two versions, the right one chosen when the library is loaded: before the thread
+// sanitizer is ready.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
 #define TTSDF_PIXEL_LOOP __attribute__((target_clones("avx2", "default")))
 #else
 #define TTSDF_PIXEL_LOOP

@@ -6,14 +6,14 @@
 // Note: a marked function must not inline Eigen code (its vector width would differ from the rest of the
 // program).
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12
+// Not with the thread sanitizer: the choice is made before it is ready.
+#if !defined(__x86_64__) || !defined(__GNUC__) || defined(__clang__) || defined(__SANITIZE_THREAD__)
+#define TTSDF_VECTORIZE
+#elif __GNUC__ >= 12
 #define TTSDF_VECTORIZE \
   __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"), optimize("O3")))
-#elif defined(__x86_64__) && defined(__GNUC__) && \
-    !defined(__clang__)  // knows no levels: without fused multiply-add
+#else  // knows no levels: without fused multiply-add
 #define TTSDF_VECTORIZE __attribute__((target_clones("avx512f", "avx2", "default"), optimize("O3")))
-#else
-#define TTSDF_VECTORIZE
 #endif
 
 // Before a loop whose iterations do not depend on each other, though the compiler could not know.
