@@ -468,10 +468,9 @@ class Run {
                                       .selfadjointView<Eigen::Lower>()
                                       .eigenvalues()
                                       .cwiseSqrt();
-    if (error <= kSigmas * sigma.maxCoeff()) return;
-    ++bad_poses_;
     std::printf("pose off by %.3f m, sigma %.3f m, at scan %d during: %s\n", error, sigma.maxCoeff(),
                 sent_.load(), kNames[static_cast<int>(fault_.load())]);
+    if (error > kSigmas * sigma.maxCoeff()) ++bad_poses_;
   }
 
   void onStatus(const ttsdf_localization::LocalizationStatusConstPtr& status) {
