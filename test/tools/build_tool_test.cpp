@@ -121,7 +121,7 @@ TEST_F(BuildTool, FramesOfAnotherSizeAreNamed) {
 }
 
 TEST_F(BuildTool, FramesWithoutAReadingInRangeSayWhatTheyHold) {
-  expectError(build("frames", "x.ttsdf", {"--min-depth", "50", "--max-depth", "60", "--trust-frames"}), 1,
+  expectError(build("frames", "x.ttsdf", {"--min-depth", "4.9", "--trust-frames"}), 1,
               {"no surface from", "the median of their readings is", "--max-depth"});
 }
 
@@ -137,7 +137,7 @@ TEST_F(BuildTool, UnitsThatCannotBeAreNamed) {
     }
     const auto path = folder_->write("plate.obj", text.str() + "f 1 2 4 3\n");
     return runProcess("ttsdf_build", {"--mesh", path, "--scale", scale, "--voxel-size", "0.05",
-                                      "--truncation", "0.15", "--output", *folder_ / "x.ttsdf"});
+                                      "--truncation", "0.15", "--output", *folder_ / "plate.ttsdf"});
   };
   expectError(mesh("0.001", 0.0), 1, {"less than one voxel", "--scale"});
   // Whole metres 5000 km away are numbers of single precision, whose steps there are half a metre.
