@@ -14,6 +14,14 @@ set_target_properties(OpenVDB::openvdb PROPERTIES IMPORTED_LOCATION "${TTSDF_OPE
 ttsdf_find_library(VIGRAIMPEX_LIBRARY vigraimpex)
 find_path(VIGRA_INCLUDE_DIR vigra/impex.hxx)
 
+if(NOT TARGET JsonCpp::JsonCpp)  # VTK's packages define it too, jsoncpp's own since 1.9.5
+  find_package(jsoncpp REQUIRED)
+endif()
+if(NOT TARGET JsonCpp::JsonCpp)
+  add_library(JsonCpp::JsonCpp INTERFACE IMPORTED)
+  target_link_libraries(JsonCpp::JsonCpp INTERFACE jsoncpp_lib)
+endif()
+
 ttsdf_library(ttsdf_mapping
   SOURCES
     # depth in: images, folders, clouds -> volume
@@ -60,6 +68,8 @@ ttsdf_library(ttsdf_mapping
     src/signed_field/sampled_field_tiles.cpp
     src/signed_field/sampled_field_baselines.cpp
     src/mesh/mesh_io.cpp
+    src/mesh/gltf_data.cpp
+    src/mesh/gltf_file.cpp
     src/mesh/scene_file.cpp
     src/mesh/mesh_sides.cpp
     src/mesh/mesh_sampling.cpp
@@ -74,12 +84,13 @@ ttsdf_library(ttsdf_mapping
     src/agreement/frame_comparison.cpp
     src/agreement/agreement_summary.cpp
   PUBLIC ttsdf_core ttsdf_compression ttsdf_readers
-  PRIVATE OpenVDB::openvdb ${TTSDF_TBB_LIBRARY} ${TTSDF_ASSIMP_LIBRARY} ${VIGRAIMPEX_LIBRARY}
+  PRIVATE OpenVDB::openvdb ${TTSDF_TBB_LIBRARY} JsonCpp::JsonCpp ${TTSDF_ASSIMP_LIBRARY} ${VIGRAIMPEX_LIBRARY}
   INCLUDE ${VIGRA_INCLUDE_DIR})
 
 # depth in
 set(TTSDF_VDB_TEST_LIBS ttsdf_mapping OpenVDB::openvdb ${TTSDF_TBB_LIBRARY})
 ttsdf_unit_test(frames/frame_folder_test.cpp LIBS ttsdf_mapping ${VIGRAIMPEX_LIBRARY})
+ttsdf_unit_test(frames/frame_mistakes_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(frames/frame_layouts_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(frames/pinhole_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(fusion/depth_fusion_test.cpp LIBS ${TTSDF_VDB_TEST_LIBS})
@@ -99,6 +110,7 @@ ttsdf_unit_test(signed_field/sampled_field_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(signed_field/field_bricks_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(signed_field/sampled_tiles_test.cpp LIBS ttsdf_mapping)
 ttsdf_unit_test(mesh/mesh_sampling_test.cpp LIBS ttsdf_mapping)
+ttsdf_unit_test(mesh/gltf_test.cpp LIBS ttsdf_mapping)
 
 # agreement
 ttsdf_unit_test(agreement/frame_comparison_test.cpp LIBS ttsdf_mapping)

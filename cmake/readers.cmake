@@ -9,6 +9,7 @@ ttsdf_library(ttsdf_readers
     src/readers/pcd_file.cpp
     src/readers/ply_file.cpp
     src/readers/split_polygon.cpp
+    src/readers/text_cloud.cpp
     src/readers/triangle_soup.cpp
   PUBLIC Eigen3::Eigen)
 

@@ -16,13 +16,6 @@ ttsdf_find_pcl(common)
 ttsdf_find_pcl(io)
 
 find_package(Boost REQUIRED COMPONENTS program_options)
-if(NOT TARGET JsonCpp::JsonCpp)  # VTK's packages define it too, jsoncpp's own since 1.9.5
-  find_package(jsoncpp REQUIRED)
-endif()
-if(NOT TARGET JsonCpp::JsonCpp)
-  add_library(JsonCpp::JsonCpp INTERFACE IMPORTED)
-  target_link_libraries(JsonCpp::JsonCpp INTERFACE jsoncpp_lib)
-endif()
 
 ttsdf_library(ttsdf_tools
   SOURCES

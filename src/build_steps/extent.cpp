@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -55,6 +56,33 @@ std::string describeOutliers(const std::vector<Eigen::Vector3d>& points, const s
        << " m or more from the others' middle (the others at most " << distances[apart - 1].first
        << " m), the farthest at " << farthest.transpose();
   return text.str();
+}
+
+std::string describeRounding(const std::vector<Eigen::Vector3d>& points, double voxel_size) {
+  constexpr double kCoarse = 0.25;  // voxels
+  double farthest = 0.0;
+  for (const Eigen::Vector3d& p : points) {
+    if (!p.allFinite()) continue;
+    const Eigen::Vector3d single = p.cast<float>().cast<double>();
+    if (single != p) return {};
+    farthest = std::max(farthest, p.cwiseAbs().maxCoeff());
+  }
+  const auto value = static_cast<float>(farthest);
+  const double step =
+      static_cast<double>(std::nextafter(value, std::numeric_limits<float>::infinity()) - value);
+  if (!(step > kCoarse * voxel_size)) return {};
+  std::ostringstream text;
+  text << "got coordinates of single precision up to " << farthest << " m from zero, that is in steps of "
+       << step << " m: the surface is as coarse (wanted doubles, or coordinates relative to a place nearby)";
+  return text.str();
+}
+
+void refuseTiny(const Eigen::Vector3d& low, const Eigen::Vector3d& high, double voxel_size) {
+  if ((high - low).maxCoeff() >= voxel_size) return;
+  std::ostringstream text;
+  text << "got a box of " << (high - low).transpose() << " m, which is less than one voxel of " << voxel_size
+       << " m; --scale S makes metres of other units (smaller voxels: --voxel-size)";
+  throw std::invalid_argument(text.str());
 }
 
 void checkExtent(const Eigen::Vector3d& low, const Eigen::Vector3d& high, double voxel_size,

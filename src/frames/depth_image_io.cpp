@@ -118,7 +118,9 @@ DepthImage readDepthImage(const std::string& path, double units_per_metre) {
   try {
     pixels = readPixels(path);
   } catch (const vigra::StdException& error) {
-    failImage(path, "cannot be read (" + reason(error.what()) + ")");
+    const std::string words = error.what();
+    if (words.rfind("depth image '", 0) == 0) throw;  // our own
+    failImage(path, "cannot be read (" + reason(words) + ")");
   }
 
   DepthImage image;

@@ -7,42 +7,70 @@
 #include <sstream>
 
 #include "frame_corrections.h"
+#include "trajectory_file.h"
 
 namespace ttsdf {
 
 namespace {
 
 constexpr double kGood = 0.5, kNonsense = 0.3, kClearlyBetter = 0.3, kConvincing = 0.6;
+constexpr double kNothingToAsk = 0.9, kLeftOver = 0.25;
 constexpr std::size_t kLeastPoints = 200;
 
 /// One reading of the folder.
 struct Reading {
   std::string change, option;
   FrameFolderOptions folder;
-  double depth_factor = 1.0;
+  double depth_factor = 1.0, shift = 0.0;  // [s], besides the folder's own
+  bool quaternions_turned = false;
   CameraIntrinsics camera;
 };
 
 struct Frame {
   DepthImage image;
   Eigen::Isometry3d T_given;  // as the folder has it
+  double stamp = 0.0;
+};
+
+/// What all readings are tried on.
+struct Sample {
+  std::map<std::size_t, Frame> frames;
+  std::vector<StampedPose> trajectory;  // where the folder has stamps
 };
 
 struct Pair {
   std::size_t a, b;
 };
 
-Eigen::Isometry3d poseOf(const Frame& frame, const Reading& reading) {
-  return corrected(frame.T_given, reading.folder);
+/// The same four numbers in the other order than they were read in.
+void turnQuaternion(Eigen::Isometry3d& T, bool read_w_first) {
+  const Eigen::Quaterniond q(T.linear());
+  T.linear() = (read_w_first ? Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y())
+                             : Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w()))
+                   .toRotationMatrix();
+}
+
+std::optional<Eigen::Isometry3d> poseOf(const Sample& sample, const Frame& frame, const Reading& reading) {
+  Eigen::Isometry3d T = frame.T_given;
+  if (reading.shift != 0.0) {
+    constexpr double kGap = 1.0;  // [s]; frames stand closer
+    const auto shifted = poseAt(sample.trajectory, frame.stamp + reading.shift, kGap);
+    if (!shifted) return std::nullopt;
+    T = *shifted;
+  }
+  if (reading.quaternions_turned) turnQuaternion(T, reading.folder.quaternions_w_first);
+  return corrected(T, reading.folder);
 }
 
 /// Points of frame a that frame b sees at the same place. Those hidden from b count for nothing.
-void compare(const Frame& a, const Frame& b, const Reading& reading, double& agreeing, double& tested,
-             std::size_t& total) {
+void compare(const Sample& sample, const Frame& a, const Frame& b, const Reading& reading, double& agreeing,
+             double& tested, std::size_t& total) {
   constexpr int kAcross = 24;
   constexpr double kTolerance = 0.04, kRelative = 0.02;  // [m] and per metre of depth
   const CameraIntrinsics& k = reading.camera;
-  const Eigen::Isometry3d T_b_a = poseOf(b, reading).inverse() * poseOf(a, reading);
+  const auto T_map_a = poseOf(sample, a, reading), T_map_b = poseOf(sample, b, reading);
+  if (!T_map_a || !T_map_b) return;
+  const Eigen::Isometry3d T_b_a = T_map_b->inverse() * *T_map_a;
   const int step = std::max(1, a.image.width / kAcross);
   const double f = reading.depth_factor;
   double agree = 0.0, seen = 0.0, points = 0.0;
@@ -69,13 +97,13 @@ void compare(const Frame& a, const Frame& b, const Reading& reading, double& agr
   total += static_cast<std::size_t>(points);
 }
 
-PairAgreement agreementOf(const std::map<std::size_t, Frame>& frames, const std::vector<Pair>& pairs,
-                          const Reading& reading) {
+PairAgreement agreementOf(const Sample& sample, const std::vector<Pair>& pairs, const Reading& reading) {
   PairAgreement result;
   double agreeing = 0.0, tested = 0.0;
   for (const Pair& pair : pairs) {
-    compare(frames.at(pair.a), frames.at(pair.b), reading, agreeing, tested, result.points);
-    compare(frames.at(pair.b), frames.at(pair.a), reading, agreeing, tested, result.points);
+    const Frame &a = sample.frames.at(pair.a), &b = sample.frames.at(pair.b);
+    compare(sample, a, b, reading, agreeing, tested, result.points);
+    compare(sample, b, a, reading, agreeing, tested, result.points);
   }
   result.share = tested > 0.0 ? agreeing / tested : 0.0;
   return result;
@@ -111,10 +139,19 @@ std::vector<Reading> usualMistakes(const FrameFolder& folder, const FrameFolderO
     number << value;
     return number.str();
   };
-  for (const double factor : {0.1, 10.0, 0.2, 5.0, 0.001, 1000.0}) {
-    const std::string units = text(folder.unitsPerMetre() / factor);
-    add("with " + units + " depth units per metre", "--depth-scale " + units,
+  // Of cameras and data sets, and what is a factor away.
+  std::vector<double> scales = {100.0, 256.0, 1000.0, 4000.0, 5000.0, 6553.5, 8000.0, 10000.0};
+  for (const double factor : {0.1, 10.0, 0.001, 1000.0}) scales.push_back(folder.unitsPerMetre() / factor);
+  for (const double scale : scales) {
+    const double factor = folder.unitsPerMetre() / scale;
+    if (factor == 1.0) continue;
+    add("with " + text(scale) + " depth units per metre", "--depth-scale " + text(scale),
         [factor](Reading& r) { r.depth_factor = factor; });
+  }
+  if (folder.hasQuaternions()) {
+    const std::string order = given.quaternions_w_first ? "xyzw" : "wxyz";
+    add("with the quaternions read as " + order, "--quaternions " + order,
+        [](Reading& r) { r.quaternions_turned = true; });
   }
   for (const double factor : {0.001, 0.01, 1000.0}) {
     const std::string scale = text(factor * given.pose_scale);
@@ -132,20 +169,59 @@ std::vector<Reading> usualMistakes(const FrameFolder& folder, const FrameFolderO
         "--intrinsics " + text(other.fx) + "," + text(other.fy) + "," + text(other.cx) + "," + text(other.cy),
         [other](Reading& r) { r.camera = other; });
   };
+  CameraIntrinsics centred = k;
+  centred.cx = (k.width - 1) / 2.0, centred.cy = (k.height - 1) / 2.0;
+  camera("with the principal point in the images' middle", centred);
   for (const double factor : {k.width / (2.0 * k.cx + 1.0), 0.25, 0.5, 2.0}) {
     CameraIntrinsics other = k;
     other.fx *= factor, other.fy *= factor;
     other.cx = (k.width - 1) / 2.0, other.cy = (k.height - 1) / 2.0;
     camera("with the intrinsics scaled by " + text(factor), other);
   }
-  CameraIntrinsics mirrored = k;
-  mirrored.fx = -k.fx;
-  camera("with the sign of fx changed", mirrored);
-  mirrored = k, mirrored.fy = -k.fy;
-  camera("with the sign of fy changed", mirrored);
-  mirrored = k, mirrored.fx = -k.fx, mirrored.fy = -k.fy;
-  camera("with the signs of fx and fy changed", mirrored);
+  // Positive ones are right: where the poses are left-handed, negative ones would agree, and mirror the map.
+  CameraIntrinsics positive = k;
+  positive.fx = std::abs(k.fx);
+  if (k.fx < 0.0) camera("with the sign of fx changed", positive);
+  positive = k, positive.fy = std::abs(k.fy);
+  if (k.fy < 0.0) camera("with the sign of fy changed", positive);
+  positive.fx = std::abs(k.fx);
+  if (k.fx < 0.0 && k.fy < 0.0) camera("with the signs of fx and fy changed", positive);
+  for (const char axis : {'x', 'y', 'z'}) {
+    if (given.mirrored_axis != 0) break;
+    const std::string name(1, axis);
+    add("with the poses taken for left-handed", "--mirror-poses " + name,
+        [axis](Reading& r) { r.folder.mirrored_axis = axis; });
+    add("with the poses inverted and taken for left-handed",
+        "--poses " + direction + " --mirror-poses " + name, [axis](Reading& r) {
+          r.folder.mirrored_axis = axis;
+          r.folder.poses_world_to_camera = !r.folder.poses_world_to_camera;
+        });
+  }
   return readings;
+}
+
+/// Stamps of two clocks: a shift in steps, then finer around the best.
+void tryShifts(const Sample& sample, const std::vector<Pair>& pairs, const Reading& as_given,
+               FrameCheck& check) {
+  if (sample.trajectory.size() < 2) return;
+  double best = 0.0, middle = 0.0;
+  for (const double step : {0.1, 0.02}) {
+    for (int n = -10; n <= 10; ++n) {
+      Reading reading = as_given;
+      reading.shift = std::round(1000.0 * (middle + n * step)) / 1000.0;
+      if (reading.shift == 0.0) continue;
+      const PairAgreement agreement = agreementOf(sample, pairs, reading);
+      // Frames that have no pose any more must not leave a few lucky ones.
+      if (2 * agreement.points < check.as_given.points || agreement.share <= check.best.share) continue;
+      std::ostringstream shift;
+      shift << as_given.folder.stamp_shift + reading.shift;
+      check.best = agreement;
+      check.best_change = "with the stamps shifted";
+      check.best_option = "--stamp-shift " + shift.str();
+      best = reading.shift;
+    }
+    middle = best;
+  }
 }
 
 /// Partners that were taken from elsewhere: enough to tell readings apart, and not so far that nothing is
@@ -174,7 +250,12 @@ std::vector<Pair> choosePairs(const std::vector<Eigen::Isometry3d>& poses, std::
 
 FrameCheck::Verdict FrameCheck::verdict() const {
   if (as_given.points < kLeastPoints) return Verdict::kTooLittle;
-  const bool explained = best.share >= kConvincing && best.share > as_given.share + kClearlyBetter;
+  // Some mistakes are small in most views; that another reading leaves hardly anything unexplained tells
+  // them.
+  const bool all_explained =
+      as_given.share < kNothingToAsk && 1.0 - best.share < kLeftOver * (1.0 - as_given.share);
+  const bool explained =
+      (best.share >= kConvincing && best.share > as_given.share + kClearlyBetter) || all_explained;
   if (explained || as_given.share < kNonsense) return Verdict::kNonsense;
   return as_given.share < kGood ? Verdict::kDoubtful : Verdict::kGood;
 }
@@ -183,7 +264,9 @@ std::string FrameCheck::message() const {
   const auto percent = [](double share) { return std::to_string(std::lround(100.0 * share)) + " %"; };
   std::string text =
       "the frames contradict one another: as given " + percent(as_given.share) + " of the points agree";
-  if (!best_change.empty() && best.share > as_given.share + 0.5 * kClearlyBetter) {
+  if (!best_change.empty() &&
+      (best.share > as_given.share + 0.5 * kClearlyBetter || verdict() == Verdict::kNonsense) &&
+      best.share > as_given.share) {
     text = best_change + " " + percent(best.share) + " of the points agree, as given " +
            percent(as_given.share) + ": " + best_option;
   }
@@ -208,14 +291,18 @@ FrameCheck checkFrames(const FrameFolder& folder, const FrameFolderOptions& give
   }
   FrameCheck check;
   const std::vector<Pair> chosen = choosePairs(poses, options.pairs);
-  std::map<std::size_t, Frame> frames;
+  Sample sample;
+  auto& frames = sample.frames;
+  for (const FrameEntry& frame : folder.frames()) {
+    if (frame.pose && frame.stamp != 0.0) sample.trajectory.push_back({frame.stamp, *frame.pose});
+  }
   const auto load = [&](std::size_t n) {
     if (frames.count(n) != 0) return true;
     try {
       DepthImage image = folder.depth(entries[places[n]]);
       if (image.width != folder.intrinsics().width || image.height != folder.intrinsics().height)
         return false;
-      frames[n] = {std::move(image), poses[n]};
+      frames[n] = {std::move(image), poses[n], entries[places[n]].stamp};
       return true;
     } catch (const std::exception&) {
       return false;
@@ -242,18 +329,19 @@ FrameCheck checkFrames(const FrameFolder& folder, const FrameFolderOptions& give
     check.median_depth = static_cast<double>(depths[depths.size() / 2]);
   }
   const std::vector<Reading> readings = usualMistakes(folder, given);
-  check.as_given = agreementOf(frames, pairs, readings.front());
-  if (check.as_given.share >= kGood + kClearlyBetter) return check;
+  check.as_given = agreementOf(sample, pairs, readings.front());
+  if (check.as_given.share >= kNothingToAsk) return check;
   for (std::size_t n = 1; n < readings.size(); ++n) {
     // Depths that no camera measures explain nothing.
     const double depth = readings[n].depth_factor * check.median_depth;
     if (readings[n].depth_factor != 1.0 && (depth < options.min_depth || depth > options.max_depth)) continue;
-    const PairAgreement agreement = agreementOf(frames, pairs, readings[n]);
+    const PairAgreement agreement = agreementOf(sample, pairs, readings[n]);
     if (agreement.share <= check.best.share) continue;
     check.best = agreement;
     check.best_change = readings[n].change;
     check.best_option = readings[n].option;
   }
+  tryShifts(sample, pairs, readings.front(), check);
   return check;
 }
 

@@ -5,9 +5,20 @@
 
 namespace ttsdf {
 
+inline Eigen::Vector3d mirrorOf(char axis) {
+  Eigen::Vector3d mirror = Eigen::Vector3d::Ones();
+  mirror[axis - 'x'] = -1.0;
+  return mirror;
+}
+
 inline Eigen::Isometry3d corrected(Eigen::Isometry3d T, const FrameFolderOptions& options) {
   T.translation() *= options.pose_scale;
   if (options.poses_world_to_camera) T = T.inverse();
+  if (options.mirrored_axis != 0) {
+    const Eigen::Vector3d mirror = mirrorOf(options.mirrored_axis);
+    T.linear() = mirror.asDiagonal() * T.linear() * mirror.asDiagonal();
+    T.translation() = mirror.cwiseProduct(T.translation());
+  }
   if (options.opengl_axes) {
     Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
     turn.linear() = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();

@@ -13,40 +13,13 @@
 #include "frame_corrections.h"
 #include "frame_layouts.h"
 #include "ttsdf_localization/geometry/se3.h"
+#include "ttsdf_localization/readers/file_bytes.h"
 
 namespace ttsdf {
 
 namespace fs = std::filesystem;
 
 namespace {
-
-/// All numbers of a text file. Throws naming the file unless there are exactly `wanted`, all finite.
-std::vector<double> readNumbers(const std::string& what, const std::string& path, std::size_t wanted) {
-  std::ifstream in(path);
-  if (!in || fs::is_directory(path)) throw std::runtime_error(what + " '" + path + "': cannot be opened");
-  std::vector<double> numbers;
-  std::string word;
-  while (in >> word) {
-    std::size_t used = 0;
-    double number = std::numeric_limits<double>::quiet_NaN();
-    try {
-      number = std::stod(word, &used);  // istream does not read "nan", which must be named in the error
-    } catch (const std::logic_error&) {
-    }
-    if (used != word.size() || !std::isfinite(number)) {
-      throw std::runtime_error(what + " '" + path + "': got '" + word.substr(0, 40) +
-                               "', wanted a finite number");
-    }
-    numbers.push_back(number);
-    if (numbers.size() > wanted) break;
-  }
-  if (numbers.size() != wanted) {
-    throw std::runtime_error(what + " '" + path + "': got " + (numbers.size() > wanted ? "more than " : "") +
-                             std::to_string(std::min(numbers.size(), wanted)) + " numbers, wanted " +
-                             std::to_string(wanted));
-  }
-  return numbers;
-}
 
 void checkIntrinsics(const CameraIntrinsics& k, const std::string& source) {
   constexpr double kWidest = 0.1, kNarrowest = 20.0, kOutside = 0.5;  // in the image's sizes
@@ -78,13 +51,23 @@ void checkIntrinsics(const CameraIntrinsics& k, const std::string& source) {
 }  // namespace
 
 Eigen::Isometry3d readPose(const std::string& path) {
-  const std::vector<double> numbers = readNumbers("pose", path, 16);
+  const FileBytes file("pose", path);
+  std::vector<double> numbers = finiteNumbers(file, 16);
+  const std::size_t count = numbers.size();
+  if (count == 12) numbers.insert(numbers.end(), {0.0, 0.0, 0.0, 1.0});
+  if (numbers.size() != 16) {
+    file.fail("got " + (count > 16 ? std::string("more than 16") : std::to_string(count)) +
+              " numbers, wanted 16 (4x4) or 12 (3x4)");
+  }
   const Eigen::Matrix4d matrix =
       Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
+  const bool by_columns = matrix.col(3) == Eigen::Vector4d::UnitW() && !matrix.row(3).head<3>().isZero();
+  if (by_columns)
+    file.fail("is written column by column, wanted row by row: the translation on the right, 0 0 0 1 below");
   try {
     return orthonormalized(matrix);
   } catch (const std::invalid_argument& error) {
-    throw std::runtime_error("pose '" + path + "': " + error.what());
+    file.fail(error.what());
   }
 }
 
@@ -116,6 +99,7 @@ FrameFolder::FrameFolder(const std::string& path, const FrameFolderOptions& opti
                                                        : ", wanted frame-NNNNNN.pose.txt or a trajectory)"));
   }
   layout_ = layout.name;
+  quaternions_ = layout.quaternions;
   if (layout.clouds) {
     clouds_ = true;
     frames_ = std::move(layout.frames);

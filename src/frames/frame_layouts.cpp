@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iomanip>
 #include <regex>
 #include <sstream>
 #include <stdexcept>
@@ -198,18 +199,36 @@ bool tryScanNet(const fs::path& folder, FrameLayout& layout) {
   return true;
 }
 
-void addByNumber(const std::vector<NumberedFile>& images, const std::map<int, Eigen::Isometry3d>& poses,
-                 bool by_name, FrameLayout& layout) {
+/// The number of the image that the first pose belongs to. One image per pose: they are in order, whatever
+/// their names. Otherwise files are missing, or poses, and only numbers from 0 or 1 on tell which.
+int numberOfFirstPose(const fs::path& folder, const std::vector<NumberedFile>& images, const PoseList& list) {
+  const int low = images.front().number, high = images.back().number;
+  if (low <= 1) return low;
+  if (high - 1 == list.last - list.first) return 1;
+  throw std::runtime_error("frame folder '" + folder.string() + "': got " + std::to_string(images.size()) +
+                           " images with numbers from " + std::to_string(low) + " to " +
+                           std::to_string(high) + " for " + std::to_string(list.count) +
+                           " poses, wanted as many images as poses, or images with numbers from 0 or 1 on");
+}
+
+void addByNumber(const fs::path& folder, const std::vector<NumberedFile>& images, const PoseList& list,
+                 FrameLayout& layout) {
   layout.images = images.size();
+  if (images.empty()) return;
+  const bool in_order =
+      images.size() == list.count && static_cast<std::size_t>(list.last - list.first) + 1 == list.count;
+  const int zero = in_order ? 0 : numberOfFirstPose(folder, images, list);
+  const int first = in_order || list.first == 1 ? list.first : 0;
   for (std::size_t n = 0; n < images.size(); ++n) {
-    const auto pose = poses.find(by_name ? images[n].number : static_cast<int>(n));
-    if (pose == poses.end()) continue;
-    layout.frames.push_back({static_cast<int>(n), images[n].path, "", 0.0, pose->second});
+    const int place = in_order ? static_cast<int>(n) : images[n].number - zero;
+    const auto pose = list.poses.find(first + place);
+    if (pose == list.poses.end()) continue;
+    layout.frames.push_back({place, images[n].path, "", 0.0, pose->second});
   }
 }
 
 /// results/depthNNNNNN.png and traj.txt, cam_params.json above.
-bool tryReplica(const fs::path& folder, FrameLayout& layout) {
+bool tryReplica(const fs::path& folder, const FrameFolderOptions& options, FrameLayout& layout) {
   if (!fs::exists(folder / "traj.txt")) return false;
   static const std::regex kName(R"(depth(\d+)\.(?:png|pgm))");
   const auto images = numbered(folder / "results", kName);
@@ -218,14 +237,14 @@ bool tryReplica(const fs::path& folder, FrameLayout& layout) {
   layout.units_per_metre = 6553.5;
   findIntrinsics(folder, layout);
   known(layout, {600.0, 600.0, 599.5, 339.5}, {1200, 680}, "Replica");
-  addByNumber(images, readPoseLines((folder / "traj.txt").string()), false, layout);
+  addByNumber(folder, images, readPoseLines((folder / "traj.txt").string(), options), layout);
   return true;
 }
 
 /// Stamps and names of a list `stamp file [stamp file]`; the pair whose name lies in depth/.
 std::vector<std::pair<double, std::string>> readImageList(const fs::path& path) {
   const FileBytes file("list of images", path.string());
-  WordCursor cursor(file.begin(), file.end());
+  WordCursor cursor = file.text();
   std::vector<std::pair<double, std::string>> images;
   while (!cursor.atEnd()) {
     const std::size_t number = cursor.lineNumber();
@@ -279,7 +298,8 @@ bool tryTum(const fs::path& folder, const FrameFolderOptions& options, FrameLayo
   layout.name = "TUM RGB-D";
   layout.units_per_metre = 5000.0;
   const auto images = readImageList(list);
-  const auto poses = readStampedPoses(truth.string());
+  const auto poses = readStampedPoses(truth.string(), options);
+  layout.quaternions = true;
   const double gap = longestGap(poses);
   layout.images = images.size();
   for (std::size_t n = 0; n < images.size(); ++n) {
@@ -287,6 +307,14 @@ bool tryTum(const fs::path& folder, const FrameFolderOptions& options, FrameLayo
     if (!pose) continue;
     layout.frames.push_back(
         {static_cast<int>(n), (folder / images[n].second).string(), "", images[n].first, *pose});
+  }
+  if (layout.frames.empty() && !images.empty()) {
+    std::ostringstream text;
+    text << std::fixed << std::setprecision(3) << "frame folder '" << folder.string()
+         << "': got images with stamps from " << images.front().first << " to " << images.back().first
+         << " s and poses from " << poses.front().stamp << " to " << poses.back().stamp
+         << " s, wanted stamps of one clock, in seconds (--stamp-shift is added to the images')";
+    throw std::runtime_error(text.str());
   }
   findIntrinsics(folder, layout);
   std::string camera;
@@ -297,7 +325,7 @@ bool tryTum(const fs::path& folder, const FrameFolderOptions& options, FrameLayo
 
 /// depth/ and one file of poses by frame: *.log (Redwood, Open3D), *.freiburg (ICL-NUIM), pose.txt
 /// (slambook).
-bool tryOneTrajectory(const fs::path& folder, FrameLayout& layout) {
+bool tryOneTrajectory(const fs::path& folder, const FrameFolderOptions& options, FrameLayout& layout) {
   const auto images = depthImages(fs::is_directory(folder / "depth") ? folder / "depth" : folder / "image");
   if (images.empty()) return false;
   fs::path file = firstWithEnding(folder, {"trajectory.log", ".log"});
@@ -306,7 +334,7 @@ bool tryOneTrajectory(const fs::path& folder, FrameLayout& layout) {
     layout.name = "Redwood / Open3D";
     findIntrinsics(folder, layout);
     known(layout, {525.0, 525.0, 319.5, 239.5}, {640, 480}, "Redwood's PrimeSense");
-    addByNumber(images, readPoseLog(file.string()), false, layout);
+    addByNumber(folder, images, readPoseLog(file.string()), layout);
     return true;
   }
   file = firstWithEnding(folder, {".gt.freiburg", ".freiburg"});
@@ -315,10 +343,16 @@ bool tryOneTrajectory(const fs::path& folder, FrameLayout& layout) {
     layout.units_per_metre = 5000.0;
     findIntrinsics(folder, layout);
     known(layout, {481.2, -480.0, 319.5, 239.5}, {640, 480}, "ICL-NUIM");
+    layout.quaternions = true;
     std::map<int, Eigen::Isometry3d> poses;
-    for (const StampedPose& pose : readStampedPoses(file.string()))
+    for (const StampedPose& pose : readStampedPoses(file.string(), options))
       poses[static_cast<int>(std::lround(pose.stamp))] = pose.T;
-    addByNumber(images, poses, true, layout);
+    layout.images = images.size();
+    for (std::size_t n = 0; n < images.size(); ++n) {
+      const auto pose = poses.find(images[n].number);
+      if (pose != poses.end())
+        layout.frames.push_back({static_cast<int>(n), images[n].path, "", 0.0, pose->second});
+    }
     return true;
   }
   file = folder / "pose.txt";
@@ -327,13 +361,15 @@ bool tryOneTrajectory(const fs::path& folder, FrameLayout& layout) {
   if (!fs::exists(file)) return false;
   layout.name = "depth images with a list of poses";
   findIntrinsics(folder, layout);
-  addByNumber(images, readPoseLines(file.string()), false, layout);
+  const PoseList list = readPoseLines(file.string(), options);
+  layout.quaternions = list.quaternions;
+  addByNumber(folder, images, list, layout);
   return true;
 }
 
 /// Clouds in the images' place: frame-NNNNNN.pcd beside its pose, or a folder of them with poses as the other
 /// layouts have them.
-bool tryClouds(const fs::path& folder, FrameLayout& layout) {
+bool tryClouds(const fs::path& folder, const FrameFolderOptions& options, FrameLayout& layout) {
   static const std::regex kFrame(R"(frame-(\d+)(?:\.cloud)?\.(?:pcd|ply|bin|xyz))");
   static const std::regex kCloud(R"(\D*(\d+)\.(?:pcd|ply|bin|xyz))");
   layout.clouds = true;
@@ -363,12 +399,12 @@ bool tryClouds(const fs::path& folder, FrameLayout& layout) {
   }
   const fs::path log = firstWithEnding(folder, {"trajectory.log", ".log"});
   if (!log.empty()) {
-    addByNumber(clouds, readPoseLog(log.string()), false, layout);
+    addByNumber(folder, clouds, readPoseLog(log.string()), layout);
     return true;
   }
   for (const char* name : {"poses.txt", "pose.txt", "traj.txt"}) {
     if (!fs::exists(folder / name)) continue;
-    addByNumber(clouds, readPoseLines((folder / name).string()), false, layout);
+    addByNumber(folder, clouds, readPoseLines((folder / name).string(), options), layout);
     return true;
   }
   return true;  // clouds without poses: said where the others are
@@ -389,15 +425,7 @@ std::string subfolders(const fs::path& folder) {
 
 Eigen::Vector4d readCameraMatrix(const std::string& path) {
   const FileBytes file("camera intrinsics", path);
-  WordCursor words(file.begin(), file.end());
-  std::vector<double> k;
-  for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
-    double value = 0.0;
-    if (!parseNumber(word, &value) || !std::isfinite(value))
-      file.fail("got '" + shown(word) + "', wanted a finite number");
-    k.push_back(value);
-    if (k.size() > 16) break;
-  }
+  const std::vector<double> k = finiteNumbers(file, 16);
   if (k.size() != 9 && k.size() != 16) {
     file.fail("got " + std::string(k.size() > 16 ? "more than 16" : std::to_string(k.size())) +
               " numbers, wanted 9 (3x3) or 16 (4x4)");
@@ -418,12 +446,13 @@ FrameLayout findLayout(const std::string& path, const FrameFolderOptions& option
   const fs::path folder = path;
   if (!fs::is_directory(folder)) throw std::runtime_error("frame folder '" + path + "': no such folder");
   FrameLayout layout;
-  if (tryFrameFiles(folder, layout) || tryReplica(folder, layout) || tryTum(folder, options, layout) ||
-      tryOneTrajectory(folder, layout) || tryScanNet(folder, layout)) {
+  if (tryFrameFiles(folder, layout) || tryReplica(folder, options, layout) ||
+      tryTum(folder, options, layout) || tryOneTrajectory(folder, options, layout) ||
+      tryScanNet(folder, layout)) {
     return layout;
   }
   layout = FrameLayout();
-  if (tryClouds(folder, layout)) return layout;
+  if (tryClouds(folder, options, layout)) return layout;
   const std::string parts = subfolders(folder);
   throw std::runtime_error(
       "frame folder '" + path + "': got no frames of a known layout" +

@@ -12,6 +12,7 @@ namespace ttsdf {
 struct FrameLayout {
   std::string name;
   std::vector<FrameEntry> frames;             ///< with a pose, rising index
+  bool quaternions = false;                   ///< its poses are written as such
   bool clouds = false;                        ///< clouds in the images' place: no intrinsics
   std::size_t images = 0;                     ///< with or without one
   std::optional<Eigen::Vector4d> intrinsics;  ///< fx, fy, cx, cy

@@ -15,8 +15,10 @@ namespace {
   throw std::runtime_error("poses '" + path + "': " + what);
 }
 
-Eigen::Isometry3d fromQuaternion(const double* v, const std::string& path, std::size_t row) {
-  const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
+Eigen::Isometry3d fromQuaternion(const double* v, const FrameFolderOptions& options, const std::string& path,
+                                 std::size_t row) {
+  const Eigen::Quaterniond q = options.quaternions_w_first ? Eigen::Quaterniond(v[3], v[4], v[5], v[6])
+                                                           : Eigen::Quaterniond(v[6], v[3], v[4], v[5]);
   if (!(std::abs(q.norm() - 1.0) < 0.05)) {
     failPoses(path, "got a quaternion of length " + std::to_string(q.norm()) + " in row " +
                         std::to_string(row + 1) + ", wanted 1");
@@ -40,7 +42,7 @@ std::optional<Eigen::Isometry3d> fromMatrix(const double* numbers) {
 
 std::vector<std::vector<double>> readRows(const std::string& path, bool strict) {
   const FileBytes file("poses", path);
-  WordCursor cursor(file.begin(), file.end());
+  WordCursor cursor = file.text();
   std::vector<std::vector<double>> rows;
   while (!cursor.atEnd()) {
     const std::size_t number = cursor.lineNumber();
@@ -62,7 +64,7 @@ std::vector<std::vector<double>> readRows(const std::string& path, bool strict) 
   return rows;
 }
 
-std::vector<StampedPose> readStampedPoses(const std::string& path) {
+std::vector<StampedPose> readStampedPoses(const std::string& path, const FrameFolderOptions& options) {
   std::vector<StampedPose> poses;
   const auto rows = readRows(path);
   for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -72,7 +74,7 @@ std::vector<StampedPose> readStampedPoses(const std::string& path) {
     }
     const bool finite =
         std::all_of(rows[r].begin(), rows[r].end(), [](double x) { return std::isfinite(x); });
-    if (finite) poses.push_back({rows[r][0], fromQuaternion(rows[r].data() + 1, path, r)});
+    if (finite) poses.push_back({rows[r][0], fromQuaternion(rows[r].data() + 1, options, path, r)});
   }
   if (poses.empty()) failPoses(path, "got no pose");
   std::stable_sort(poses.begin(), poses.end(),
@@ -80,12 +82,12 @@ std::vector<StampedPose> readStampedPoses(const std::string& path) {
   return poses;
 }
 
-std::map<int, Eigen::Isometry3d> readPoseLog(const std::string& path) {
+PoseList readPoseLog(const std::string& path) {
   const auto rows = readRows(path);
   if (rows.empty() || rows.size() % 5 != 0) {
     failPoses(path, "got " + std::to_string(rows.size()) + " lines, wanted 5 per pose");
   }
-  std::map<int, Eigen::Isometry3d> poses;
+  PoseList list;
   for (std::size_t r = 0; r < rows.size(); r += 5) {
     double numbers[16];
     for (std::size_t k = 0; k < 4; ++k) {
@@ -93,18 +95,28 @@ std::map<int, Eigen::Isometry3d> readPoseLog(const std::string& path) {
         failPoses(path, "got no 4x4 matrix in row " + std::to_string(r + 2 + k));
       std::copy(rows[r + 1 + k].begin(), rows[r + 1 + k].end(), numbers + 4 * k);
     }
-    const auto T = fromMatrix(numbers);
-    if (T && std::abs(rows[r][0]) < 1e9) poses[static_cast<int>(rows[r][0])] = *T;
+    if (!(std::abs(rows[r][0]) < 1e9))
+      failPoses(path,
+                "got the frame number " + std::to_string(rows[r][0]) + " in row " + std::to_string(r + 1));
+    const int number = static_cast<int>(rows[r][0]);
+    list.first = list.count == 0 ? number : std::min(list.first, number);
+    list.last = list.count == 0 ? number : std::max(list.last, number);
+    ++list.count;
+    if (const auto T = fromMatrix(numbers)) list.poses[number] = *T;
   }
-  return poses;
+  return list;
 }
 
-std::map<int, Eigen::Isometry3d> readPoseLines(const std::string& path) {
+PoseList readPoseLines(const std::string& path, const FrameFolderOptions& options) {
   auto rows = readRows(path);
-  std::map<int, Eigen::Isometry3d> poses;
+  PoseList list;
+  list.count = rows.size();
+  list.last = static_cast<int>(rows.size()) - 1;
+  auto& poses = list.poses;
   for (std::size_t r = 0; r < rows.size(); ++r) {
     if (rows[r].size() == 7) {
-      poses[static_cast<int>(r)] = fromQuaternion(rows[r].data(), path, r);
+      list.quaternions = true;
+      poses[static_cast<int>(r)] = fromQuaternion(rows[r].data(), options, path, r);
     } else if (rows[r].size() == 12) {  // KITTI: without the last row
       rows[r].insert(rows[r].end(), {0.0, 0.0, 0.0, 1.0});
       if (const auto T = fromMatrix(rows[r].data())) poses[static_cast<int>(r)] = *T;
@@ -115,7 +127,7 @@ std::map<int, Eigen::Isometry3d> readPoseLines(const std::string& path) {
                           ", wanted 16 (4x4), 12 (3x4) or 7 (tx ty tz qx qy qz qw)");
     }
   }
-  return poses;
+  return list;
 }
 
 std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& poses, double stamp, double gap) {

@@ -4,8 +4,10 @@
 #include <stdexcept>
 #include <vector>
 
+#include "gltf_file.h"
 #include "scene_file.h"
 #include "ttsdf_localization/geometry/local_origin.h"
+#include "ttsdf_localization/readers/file_bytes.h"
 #include "ttsdf_localization/readers/triangle_file.h"
 #include "ttsdf_localization/surface/surface_mesh.h"
 
@@ -29,7 +31,10 @@ SurfaceMesh readMesh(const std::string& path, double scale) {
     throw std::invalid_argument("mesh '" + path + "': got scale " + std::to_string(scale) +
                                 ", wanted a positive number");
   }
-  TriangleFile file = isTriangleFile(path) ? readTriangles(path) : readSceneFile(path);
+  const std::string ending = lowerEnding(path);
+  TriangleFile file = isTriangleFile(path)                    ? readTriangles(path)
+                      : ending == ".gltf" || ending == ".glb" ? readGltf(path)
+                                                              : readSceneFile(path);
   file.vertices *= scale;
   SurfaceMesh mesh;
   mesh.origin = localOrigin(file.vertices.rowwise().minCoeff(), file.vertices.rowwise().maxCoeff());

@@ -1,5 +1,5 @@
 #pragma once
-// Meshes of formats that assimp reads (glTF and others), in a process of their own.
+// Meshes of formats that assimp reads and nothing here does, in a process of their own.
 
 #include <string>
 

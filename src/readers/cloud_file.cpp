@@ -20,17 +20,31 @@ std::vector<T> valuesOf(const FileBytes& file) {
   return values;
 }
 
-/// Share of values that may be coordinates in metres: zero, no reading, or from a micrometre to a thousand
-/// kilometres.
+/// Share of values that may be coordinates in metres: zero, no reading, or up to a thousand kilometres and
+/// from a micrometre on; of doubles from what rounding makes of zero.
 template <class T>
 double plausibleShare(const std::vector<T>& values) {
-  constexpr double kSmallest = 1e-6, kLargest = 1e7;
+  constexpr double kSmallest = sizeof(T) == 8 ? 1e-20 : 1e-6, kLargest = 1e7;
   std::size_t plausible = 0;
   for (const T value : values) {
     const double size = std::abs(static_cast<double>(value));
     plausible += size == 0.0 || !std::isfinite(size) || (size > kSmallest && size < kLargest) ? 1 : 0;
   }
   return values.empty() ? 0.0 : static_cast<double>(plausible) / static_cast<double>(values.size());
+}
+
+/// Doubles of floats or of round numbers: the lower half of their bits is zero but for the highest three,
+/// which every second of true floats would have to be.
+bool looksLikeRoundDoubles(const FileBytes& file) {
+  constexpr std::uint32_t kNeverOfFloats = 0x1fffffff;
+  bool round = file.size() % 24 == 0, zero = true;
+  for (std::size_t n = 0; round && n + 8 <= file.size(); n += 8) {
+    std::uint32_t halves[2];
+    std::memcpy(halves, file.begin() + n, sizeof(halves));
+    round = (halves[0] & kNeverOfFloats) == 0;
+    zero = zero && halves[1] == 0;
+  }
+  return round && !zero;
 }
 
 /// x y z intensity, as KITTI has it: every fourth value lies from 0 to 1, and the others do not.
@@ -57,7 +71,7 @@ CloudFile readRawCloud(const FileBytes& file) {
   constexpr double kAlmostAll = 0.99, kMost = 0.9;
   CloudFile cloud;
   const auto floats = valuesOf<float>(file);
-  if (file.size() % 24 == 0 && plausibleShare(floats) < kMost) {
+  if (file.size() % 24 == 0 && (plausibleShare(floats) < kMost || looksLikeRoundDoubles(file))) {
     const auto doubles = valuesOf<double>(file);
     if (plausibleShare(doubles) > kAlmostAll) {
       cloud.points = asPoints(doubles);
@@ -108,45 +122,19 @@ CloudFile readPlyCloud(const FileBytes& file) {
   return cloud;
 }
 
-CloudFile readTextCloud(const FileBytes& file) {
-  WordCursor cursor(file.begin(), file.end());
-  std::vector<double> numbers;
-  std::string text;
-  bool first = true;
-  while (!cursor.atEnd()) {
-    const std::string place = "line " + std::to_string(cursor.lineNumber());
-    text = std::string(cursor.line());
-    std::replace_if(
-        text.begin(), text.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
-    WordCursor words(text.data(), text.data() + text.size());
-    words.skipBlank();
-    if (words.atEnd() || *words.position() == '#' || text.compare(0, 2, "//") == 0) continue;
-    double p[3];
-    int count = 0;
-    bool numeric = true;
-    for (; count < 3 && numeric; ++count) {
-      const std::string_view word = words.next();
-      numeric = !word.empty() && parseNumber(word, &p[count]);
-    }
-    if (!numeric) {
-      // A heading, or the number of points that .pts files begin with.
-      if (first) {
-        first = false;
-        continue;
-      }
-      file.fail("got '" + shown(text) + "' in " + place + ", wanted x y z");
-    }
-    first = false;
-    numbers.insert(numbers.end(), p, p + 3);
-  }
-  if (numbers.empty()) file.fail("got no line of numbers, wanted x y z");
-  CloudFile cloud;
-  cloud.points =
-      Eigen::Map<const Eigen::Matrix3Xd>(numbers.data(), 3, static_cast<Eigen::Index>(numbers.size() / 3));
-  return cloud;
+namespace {
+
+/// Writers put zeros or NaN where they have no normal. Where many are missing, none is used.
+void dropMissingNormals(CloudFile& cloud) {
+  constexpr double kMissing = 0.1;
+  Eigen::Index missing = 0;
+  for (Eigen::Index n = 0; n < cloud.normals.cols(); ++n)
+    missing += cloud.normals.col(n).squaredNorm() > 1e-6F ? 0 : 1;
+  if (static_cast<double>(missing) > kMissing * static_cast<double>(cloud.normals.cols()))
+    cloud.normals.resize(3, 0);
 }
 
-CloudFile readCloudFile(const std::string& path) {
+CloudFile readAnyCloud(const std::string& path) {
   const std::string ending = lowerEnding(path);
   const auto is = [&ending](std::initializer_list<const char*> names) {
     return std::any_of(names.begin(), names.end(), [&](const char* name) { return ending == name; });
@@ -163,6 +151,14 @@ CloudFile readCloudFile(const std::string& path) {
   if (is({".ply"})) return readPlyCloud(file);
   if (is({".bin"})) return readRawCloud(file);
   return readTextCloud(file);
+}
+
+}  // namespace
+
+CloudFile readCloudFile(const std::string& path) {
+  CloudFile cloud = readAnyCloud(path);
+  dropMissingNormals(cloud);
+  return cloud;
 }
 
 Eigen::Matrix3Xf readScanFile(const std::string& path) {

@@ -1,7 +1,9 @@
 #include "ttsdf_localization/readers/file_bytes.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -39,6 +41,13 @@ void FileBytes::refuseStandIns() const {
   }
   if (start.rfind("PK\3\4", 0) == 0 || start.rfind("\x1f\x8b", 0) == 0)
     fail("is compressed (zip or gzip), wanted it unpacked");
+}
+
+WordCursor FileBytes::text() const {
+  const std::string_view start(bytes_.data(), std::min<std::size_t>(bytes_.size(), 3));
+  if (start.substr(0, 2) == "\xff\xfe" || start.substr(0, 2) == "\xfe\xff")
+    fail("is a text in UTF-16, wanted plain text (ASCII or UTF-8)");
+  return {begin() + (start == "\xef\xbb\xbf" ? 3 : 0), end()};
 }
 
 void FileBytes::fail(const std::string& message) const {
@@ -123,12 +132,31 @@ bool parseNumber(std::string_view word, std::int64_t* number) {
   return !word.empty() && error == std::errc() && end == word.data() + word.size();
 }
 
-std::string lowerEnding(const std::string& path) {
-  std::string ending = fs::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
+std::vector<double> finiteNumbers(const FileBytes& file, std::size_t most) {
+  const WordCursor text = file.text();
+  std::string content(text.position(), text.remaining());
+  std::replace_if(
+      content.begin(), content.end(), [](char c) { return c == ',' || c == ';' || c == '[' || c == ']'; },
+      ' ');
+  WordCursor words(content.data(), content.data() + content.size());
+  std::vector<double> numbers;
+  for (std::string_view word = words.next(); !word.empty() && numbers.size() <= most; word = words.next()) {
+    double value = 0.0;
+    if (!parseNumber(word, &value) || !std::isfinite(value))
+      file.fail("got '" + shown(word) + "', wanted a finite number");
+    numbers.push_back(value);
+  }
+  return numbers;
 }
+
+std::string lowerCase(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+std::string lowerEnding(const std::string& path) { return lowerCase(fs::path(path).extension().string()); }
 
 std::string shown(std::string_view text) {
   constexpr std::size_t kLongest = 40;

@@ -91,7 +91,7 @@ std::int64_t offCount(const FileBytes& file, WordCursor& words) {
 }  // namespace
 
 void readOffTriangles(const FileBytes& file, TriangleSoup& soup) {
-  WordCursor cursor(file.begin(), file.end());
+  WordCursor cursor = file.text();
   WordCursor header = nextOffLine(file, cursor, "an OFF header");
   const std::string_view magic = header.next();
   const std::size_t end = magic.find("OFF");
@@ -140,6 +140,8 @@ void readOffTriangles(const FileBytes& file, TriangleSoup& soup) {
     }
     soup.addPolygon(corners);
   }
+  cursor.skipBlank('#');
+  if (!cursor.atEnd()) file.fail("got more data than its header promises");
 }
 
 // ---- OBJ ----
@@ -184,7 +186,7 @@ void readObjFace(const FileBytes& file, WordCursor& words, const std::string& pl
 }  // namespace
 
 void readObjTriangles(const FileBytes& file, TriangleSoup& soup) {
-  WordCursor cursor(file.begin(), file.end());
+  WordCursor cursor = file.text();
   std::string joined;  // of lines that a backslash continues
   while (!cursor.atEnd()) {
     const std::string place = "line " + std::to_string(cursor.lineNumber());
@@ -206,7 +208,8 @@ void readObjTriangles(const FileBytes& file, TriangleSoup& soup) {
       readObjVertex(file, words, place, soup);
     } else if (keyword == "f" || keyword == "fo") {
       readObjFace(file, words, place, soup);
-    } else if (keyword == "surf" || keyword == "curv") {
+    } else if (keyword == "surf" || keyword == "curv" || keyword == "bzp" || keyword == "bsp" ||
+               keyword == "cdp") {  // the last three of old files
       file.fail("got a free-form surface in " + place + ", wanted polygons");
     }
   }
@@ -232,14 +235,14 @@ void readBinaryStl(const FileBytes& file, std::uint32_t count, TriangleSoup& sou
 }
 
 void readTextStl(const FileBytes& file, TriangleSoup& soup) {
-  WordCursor cursor(file.begin(), file.end());
+  WordCursor cursor = file.text();
   bool open = false;
   std::vector<std::int64_t> corners;
   while (!cursor.atEnd()) {
     const std::string place = "line " + std::to_string(cursor.lineNumber());
     const std::string_view line = cursor.line();
     WordCursor words(line.data(), line.data() + line.size());
-    const std::string_view keyword = words.next();
+    const std::string keyword = lowerCase(words.next());  // some programs shout
     if (keyword == "solid") {
       open = true;
     } else if (keyword == "endsolid") {
@@ -254,7 +257,7 @@ void readTextStl(const FileBytes& file, TriangleSoup& soup) {
       corners.push_back(static_cast<std::int64_t>(soup.vertexCount()));
       soup.addVertex(p[0], p[1], p[2]);
     } else if (keyword == "endfacet") {
-      if (corners.size() < 3) {
+      if (corners.size() != 3) {
         file.fail("got a facet of " + std::to_string(corners.size()) + " vertices that ends in " + place +
                   ", wanted 3");
       }
@@ -273,11 +276,15 @@ void readStlTriangles(const FileBytes& file, TriangleSoup& soup) {
   std::uint32_t count = 0;
   if (file.size() >= kStlHeader) std::memcpy(&count, file.begin() + kStlHeader - 4, sizeof(count));
   const double promised = static_cast<double>(kStlHeader) + static_cast<double>(kStlTriangle) * count;
-  WordCursor words(file.begin(), file.end());
+  WordCursor words = file.text();
+  // Binary files may begin with "solid", too; a text holds no zeros.
+  const bool text = std::find(file.begin(), file.end(), '\0') == file.end();
   if (file.size() >= kStlHeader && promised == static_cast<double>(file.size())) {
     readBinaryStl(file, count, soup);
-  } else if (words.next() == "solid") {
+  } else if (text && lowerCase(words.next()) == "solid") {
     readTextStl(file, soup);
+  } else if (text) {
+    file.fail("is neither a binary STL nor a text that begins with 'solid'");
   } else {
     file.fail("got " + std::to_string(file.size()) + " bytes, wanted " +
               std::to_string(static_cast<long long>(promised)) + " for the " + std::to_string(count) +

@@ -1,5 +1,6 @@
 // PCD, version 0.7 and before: ascii, binary, binary_compressed.
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -37,7 +38,7 @@ constexpr std::int64_t kMostWords = 100000;       // of a point
 
 class HeaderReader {
  public:
-  explicit HeaderReader(const FileBytes& file) : file_(file), cursor_(file.begin(), file.end()) {}
+  explicit HeaderReader(const FileBytes& file) : file_(file), cursor_(file.text()) {}
 
   Header read() {
     while (header_.data.empty()) {
@@ -182,6 +183,11 @@ std::vector<const Field*> wantedFields(const FileBytes& file, const Header& head
   std::vector<const Field*> fields;
   for (const char* name : {"x", "y", "z"}) {
     fields.push_back(header.find(name));
+    const auto same = std::count_if(header.fields.begin(), header.fields.end(),
+                                    [name](const Field& field) { return field.name == name; });
+    if (same > 1)
+      file.fail(std::string("got the field '") + name + "' " + std::to_string(same) +
+                " times, wanted it once");
     if (!fields.back() || fields.back()->count < 1) {
       file.fail(std::string("got no field '") + name + "', wanted x, y and z");
     }
@@ -247,6 +253,15 @@ void readBytes(const Header& header, const char* bytes, bool by_field,
     for (std::size_t n = 0; n < points; ++n)
       put(cloud, f, static_cast<Eigen::Index>(n), valueAt(field, first + n * step));
   }
+}
+
+/// Data behind what the header promises: points would be lost. Some writers fill up with zeros.
+void refuseMore(const FileBytes& file, const char* rest, const Header& header) {
+  const auto blank = [](char c) { return c == 0 || c == '\n' || c == '\r' || c == ' '; };
+  if (std::all_of(rest, file.end(), blank)) return;
+  file.fail("got " + std::to_string(file.end() - rest) + " bytes more than the " +
+            std::to_string(header.points) + " points of " + std::to_string(header.point_bytes) +
+            " bytes that its header promises");
 }
 
 std::vector<char> expanded(const FileBytes& file, const char* data, std::size_t wanted) {
@@ -317,6 +332,7 @@ CloudFile readPcd(const FileBytes& file) {
               std::to_string(header.point_bytes) + " bytes, got " +
               std::to_string(static_cast<long long>(left)) + " bytes of data");
   }
+  if (header.data == "binary") refuseMore(file, reader.data() + static_cast<std::ptrdiff_t>(wanted), header);
   std::vector<char> bytes;
   if (header.data == "binary_compressed" && wanted > 0.0) {
     if (wanted > 4294967295.0) file.fail("got more data than a compressed PCD file can hold");

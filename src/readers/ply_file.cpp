@@ -1,6 +1,7 @@
 #include "ply_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 namespace ttsdf {
@@ -162,6 +163,9 @@ void readItem(const FileBytes& file, const PlyElement& element, ValueSource& sou
     }
     const double length = source.next(property.count_type);
     // The comparison also refuses NaN.
+    if (length != std::floor(length))
+      file.fail("got a list of " + std::to_string(length) + " values in " + source.place() +
+                ", wanted a whole number");
     if (!(length >= 0.0 && length <= static_cast<double>(source.mostValues(property.type)))) {
       file.fail("is truncated or damaged: got a list of " + std::to_string(static_cast<long long>(length)) +
                 " values in " + source.place() + ", more than the rest of the file holds");
@@ -198,7 +202,7 @@ const PlyElement* PlyFile::find(const std::string& element) const {
 }
 
 void PlyFile::parseHeader() {
-  WordCursor cursor(file_.begin(), file_.end());
+  WordCursor cursor = file_.text();
   if (cursor.line() != "ply") fail("got no PLY header, wanted 'ply' in the first line");
   bool has_format = false;
   for (;;) {

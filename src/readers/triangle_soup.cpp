@@ -1,5 +1,6 @@
 #include "triangle_soup.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -65,6 +66,8 @@ TriangleFile TriangleSoup::finish() {
   std::vector<Eigen::Vector3d> kept, polygon;
   std::vector<Eigen::Vector3i> triangles;
   std::vector<int> names, split;
+  const auto index = [](int name) { return static_cast<std::size_t>(name); };
+  bool surface = false;
   for (std::size_t f = 0; f < polygons_.size(); ++f) {
     polygon.clear();
     names.clear();
@@ -89,12 +92,20 @@ TriangleFile TriangleSoup::finish() {
     for (std::size_t n = 0; n < split.size(); n += 3) {
       const auto name = [&](std::size_t c) { return names[static_cast<std::size_t>(split[n + c])]; };
       const Eigen::Vector3i t(name(0), name(1), name(2));
-      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
+      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+      triangles.push_back(t);
+      const Eigen::Vector3d a = kept[index(t[0])], u = kept[index(t[1])] - a, v = kept[index(t[2])] - a;
+      constexpr double kNoArea = 1e-12;  // of the sides' product: rounding alone makes more
+      surface = surface || u.cross(v).norm() > kNoArea * u.norm() * v.norm();
     }
   }
   if (triangles.empty()) {
     file_.fail("got " + std::to_string(vertices_.size()) + " vertices and no triangle, wanted a mesh" +
                (vertices_.empty() ? "" : " (points only? ttsdf_build --cloud makes a map of a point cloud)"));
+  }
+  if (!surface) {
+    file_.fail("got " + std::to_string(triangles.size()) +
+               " triangles and none with an area, wanted corners that do not lie on a line");
   }
   TriangleFile result;
   result.vertices.resize(3, static_cast<Eigen::Index>(kept.size()));
@@ -114,8 +125,7 @@ TriangleFile readTriangles(const std::string& path) {
   const std::string ending = lowerEnding(path);
   const FileBytes file("mesh", path);
   TriangleSoup soup(file);
-  const std::string_view start(file.begin(), std::min<std::size_t>(file.size(), 4));
-  if (start.substr(0, 3) == "ply") {
+  if (file.text().line() == "ply") {
     readPlyTriangles(file, soup);
   } else if (ending == ".off") {
     readOffTriangles(file, soup);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <limits>
+#include <sstream>
 #include <stdexcept>
 
 #include "ttsdf_localization/build_steps/extent.h"
@@ -28,6 +30,8 @@ FrameFolderOptions folderOptions(const BuildArguments& a) {
   options.units_per_metre = a.depth_scale;
   options.poses_world_to_camera = a.poses == "world-to-camera";
   options.opengl_axes = a.camera_axes == "opengl";
+  if (a.mirror_poses != "none") options.mirrored_axis = a.mirror_poses[0];
+  options.quaternions_w_first = a.quaternions == "wxyz";
   options.pose_scale = a.pose_scale;
   options.stamp_shift = a.stamp_shift;
   if (!a.intrinsics.empty()) {
@@ -37,7 +41,10 @@ FrameFolderOptions folderOptions(const BuildArguments& a) {
   return options;
 }
 
-void skip(const FrameEntry& frame, const std::string& reason, Progress& progress, BuildSource& source) {
+void skip(const FrameEntry& frame, std::string reason, Progress& progress, BuildSource& source) {
+  const bool named = reason.find(frame.depth_path) != std::string::npos ||
+                     (!frame.pose_path.empty() && reason.find(frame.pose_path) != std::string::npos);
+  if (!named) reason = "'" + frame.depth_path + "': " + reason;
   progress.note("ttsdf_build: warning: frame skipped: " + reason);
   source.skipped.push_back(reason);
   source.skipped_names.push_back(std::filesystem::path(frame.depth_path).filename().string());
@@ -67,8 +74,8 @@ void skipStrayPoses(const FrameFolder& folder, std::vector<FrameEntry>& frames, 
 }
 
 /// Before an hour is spent.
-void checkAgreement(const BuildArguments& a, const FrameFolder& folder, const FrameFolderOptions& given,
-                    const std::vector<FrameEntry>& frames, Progress& progress) {
+FrameCheck checkAgreement(const BuildArguments& a, const FrameFolder& folder, const FrameFolderOptions& given,
+                          const std::vector<FrameEntry>& frames, Progress& progress) {
   progress.update("comparing frames", 0.0);
   FrameCheckOptions options;
   options.min_depth = a.fusion.min_depth;
@@ -82,6 +89,21 @@ void checkAgreement(const BuildArguments& a, const FrameFolder& folder, const Fr
   if (check.verdict() == Verdict::kDoubtful || check.verdict() == Verdict::kNonsense) {
     progress.note("ttsdf_build: warning: " + check.message());
   }
+  return check;
+}
+
+/// Nothing was fused: what the readings are like says why.
+[[noreturn]] void failWithoutSurface(const BuildArguments& a, const FrameCheck& check, std::size_t frames) {
+  std::ostringstream text;
+  text << "frame folder '" << a.frames << "': got no surface from " << frames << " frames: ";
+  if (check.median_depth > 0.0) {
+    text << "the median of their readings is " << check.median_depth << " m, wanted readings from "
+         << a.fusion.min_depth << " to " << a.fusion.max_depth
+         << " m (--min-depth, --max-depth, --depth-scale)";
+  } else {
+    text << "wanted readings in the images (0 and 65535 are none)";
+  }
+  throw std::runtime_error(text.str());
 }
 
 TsdfVolume fuseFrames(const BuildArguments& a, Progress& progress, BuildSource& source) {
@@ -90,7 +112,8 @@ TsdfVolume fuseFrames(const BuildArguments& a, Progress& progress, BuildSource& 
   std::cout << "frames: " << folder.description() << std::endl;
   auto selected = folder.select(a.every, a.offset);
   skipStrayPoses(folder, selected, progress, source);
-  if (!folder.holdsClouds()) checkAgreement(a, folder, given, selected, progress);
+  FrameCheck check;
+  if (!folder.holdsClouds()) check = checkAgreement(a, folder, given, selected, progress);
   TsdfVolume volume(a.fusion);
   FrameComparison comparison(a.fusion);
   const auto compare = [&](const auto&... frame) {
@@ -122,6 +145,7 @@ TsdfVolume fuseFrames(const BuildArguments& a, Progress& progress, BuildSource& 
                              std::to_string(a.every) + " == " + std::to_string(a.offset) + " (" +
                              std::to_string(source.skipped.size()) + " skipped), wanted at least one");
   }
+  if (volume.empty()) failWithoutSurface(a, check, source.frames);
   progress.update("comparing frames", 0.0);
   const auto start = std::chrono::steady_clock::now();
   source.differences = comparison.compare();
@@ -155,6 +179,10 @@ TsdfVolume volumeOfCloud(const BuildArguments& a, const OrientedCloud& cloud, Pr
                              (a.cloud_from == "inside" ? "outside" : "inside") + " turns them round)"));
   }
   if (!report.outliers.empty()) progress.note("ttsdf_build: warning: '" + name + "': " + report.outliers);
+  std::vector<Eigen::Vector3d> points;
+  for (Eigen::Index n = 0; n < cloud.points.cols(); ++n) points.emplace_back(cloud.points.col(n));
+  const std::string rounding = describeRounding(points, a.fusion.voxel_size);
+  if (!rounding.empty()) progress.note("ttsdf_build: warning: '" + name + "': " + rounding);
   if (report.spacing > 3.0 * a.fusion.voxel_size) {
     progress.note("ttsdf_build: warning: '" + name + "': points lie " + std::to_string(report.spacing) +
                   " m apart, too far for voxels of " + std::to_string(a.fusion.voxel_size) +
@@ -176,6 +204,12 @@ TsdfVolume readCloud(const BuildArguments& a, Progress& progress, const BuildPro
   cloud.seen_from_inside = a.cloud_from == "inside";
   if (file.T_points_sensor) cloud.viewpoint = a.scale * file.T_points_sensor->translation();
   try {
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+    for (Eigen::Index n = 0; n < cloud.points.cols(); ++n) {
+      const Eigen::Vector3d p = cloud.points.col(n);
+      if (p.allFinite()) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    }
+    if ((low.array() <= high.array()).all()) refuseTiny(low, high, a.fusion.voxel_size);
     return volumeOfCloud(a, cloud, progress, show);
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error("scan '" + a.cloud + "': " + error.what());
@@ -194,13 +228,15 @@ TsdfVolume readTree(const BuildArguments& a, Progress& progress, const BuildProg
   return volumeOfCloud(a, cloud, progress, show);
 }
 
-void warnOfOutliers(const SurfaceMesh& mesh, Progress& progress) {
+void warnOfOutliers(const SurfaceMesh& mesh, double voxel_size, Progress& progress) {
   std::vector<Eigen::Vector3d> vertices;
   for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n) {
     vertices.emplace_back(mesh.origin + mesh.vertices.col(n).cast<double>());
   }
   const std::string outliers = describeOutliers(vertices, "vertices");
   if (!outliers.empty()) progress.note("ttsdf_build: warning: mesh: " + outliers);
+  const std::string rounding = describeRounding(vertices, voxel_size);
+  if (!rounding.empty()) progress.note("ttsdf_build: warning: mesh: " + rounding);
 }
 
 }  // namespace
@@ -228,9 +264,18 @@ BuiltMap buildFromSource(const BuildArguments& a, Progress& progress, BuildSourc
   if (!a.mesh.empty()) {
     progress.update("reading the mesh", 0.0);
     const SurfaceMesh mesh = readMesh(a.mesh, a.scale);
+    const Eigen::Vector3d low = mesh.vertices.rowwise().minCoeff().cast<double>(),
+                          high = mesh.vertices.rowwise().maxCoeff().cast<double>();
+    try {
+      refuseTiny(low, high, a.fusion.voxel_size);
+    } catch (const std::invalid_argument& error) {
+      throw std::runtime_error("mesh '" + a.mesh + "': " + error.what());
+    }
     bool warned = false;
     const BuildProgress warn = [&](const std::string& step, double share) {
-      if (!warned) warnOfOutliers(mesh, progress);  // once it is clear that the mesh is not too large at all
+      if (!warned)
+        warnOfOutliers(mesh, a.fusion.voxel_size,
+                       progress);  // once it is clear that the mesh is not too large at all
       warned = true;
       return show(step, share);
     };

@@ -38,6 +38,9 @@ void declare(ttsdf::CommandLine& line, ttsdf::BuildArguments& a) {
       .value("poses", "DIRECTION", a.poses, "What the poses map: camera-to-world or world-to-camera.")
       .value("camera-axes", "AXES", a.camera_axes,
              "opencv (x right, y down, z forward) or opengl (x right, y up, z backward).")
+      .value("mirror-poses", "AXIS", a.mirror_poses,
+             "Poses of a left-handed system: x, y (Unity) or z is turned round; none.")
+      .value("quaternions", "ORDER", a.quaternions, "xyzw or wxyz, where the poses are quaternions.")
       .value("pose-scale", "S", a.pose_scale, "Metres per unit of the poses.")
       .value("stamp-shift", "SECONDS", a.stamp_shift,
              "Added to the stamps of images before their poses are looked up.")
@@ -84,6 +87,12 @@ void check(const ttsdf::BuildArguments& a) {
   }
   if (a.camera_axes != "opencv" && a.camera_axes != "opengl") {
     throw ttsdf::UsageError("--camera-axes: got '" + a.camera_axes + "', wanted opencv or opengl");
+  }
+  if (a.mirror_poses != "none" && a.mirror_poses != "x" && a.mirror_poses != "y" && a.mirror_poses != "z") {
+    throw ttsdf::UsageError("--mirror-poses: got '" + a.mirror_poses + "', wanted none, x, y or z");
+  }
+  if (a.quaternions != "xyzw" && a.quaternions != "wxyz") {
+    throw ttsdf::UsageError("--quaternions: got '" + a.quaternions + "', wanted xyzw or wxyz");
   }
   if (!(a.scale > 0.0)) throw ttsdf::UsageError("--scale: wanted a number above 0");
   try {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -53,6 +54,7 @@ class Builder {
     std::string anchor;
     bool has_key = false;  ///< of a map: a key waits for its value
     YAML::Node key;
+    std::set<std::string> keys;
   };
 
   [[noreturn]] void refuse(const yaml_mark_t& mark, const std::string& problem) const {
@@ -62,7 +64,10 @@ class Builder {
 
   std::string problem() const {
     std::string text = parser_.problem ? parser_.problem : "is no YAML";
-    if (parser_.context) text += std::string(" ") + parser_.context;
+    if (parser_.context) {
+      text += std::string(" ") + parser_.context;
+      text += " that begins in line " + std::to_string(parser_.context_mark.line + 1);
+    }
     return text;
   }
 
@@ -73,7 +78,7 @@ class Builder {
         if (++documents_ > 1) refuse(event.start_mark, "got a second document, wanted one");
         return true;
       case YAML_SCALAR_EVENT:
-        add(scalar(event), words(event.data.scalar.anchor));
+        add(scalar(event), words(event.data.scalar.anchor), event.start_mark);
         return true;
       case YAML_SEQUENCE_START_EVENT:
         open(YAML::NodeType::Sequence, words(event.data.sequence_start.anchor), event);
@@ -87,11 +92,11 @@ class Builder {
       case YAML_MAPPING_END_EVENT: {
         Open closed = std::move(open_.back());
         open_.pop_back();
-        add(closed.node, closed.anchor);
+        add(closed.node, closed.anchor, event.start_mark);
         return true;
       }
       case YAML_ALIAS_EVENT:
-        add(alias(event), "");
+        add(alias(event), "", event.start_mark);
         return true;
       case YAML_STREAM_END_EVENT:
         return false;
@@ -138,7 +143,7 @@ class Builder {
     open_.back().node.SetStyle(flow ? YAML::EmitterStyle::Flow : YAML::EmitterStyle::Block);
   }
 
-  void add(const YAML::Node& node, const std::string& anchor) {
+  void add(const YAML::Node& node, const std::string& anchor, const yaml_mark_t& mark) {
     if (!anchor.empty()) {
       anchors_.erase(anchor);  // assigning a node would change the one that was named so before
       anchors_.emplace(anchor, node);
@@ -151,9 +156,11 @@ class Builder {
     if (into.node.IsSequence()) {
       into.node.push_back(node);
     } else if (into.has_key) {
-      into.node.force_insert(into.key, node);  // the same key twice stays twice
+      into.node.force_insert(into.key, node);
       into.has_key = false;
     } else {
+      if (node.IsScalar() && !into.keys.insert(node.Scalar()).second)
+        refuse(mark, "got the key '" + node.Scalar().substr(0, 40) + "' again, wanted it once");
       into.key.reset(node);
       into.has_key = true;
     }
@@ -171,6 +178,10 @@ class Builder {
 }  // namespace
 
 YAML::Node plainYaml(const std::string& what, const std::string& text, Aliases aliases) {
+  // libyaml takes it for the end.
+  const auto zero = text.find('\0');
+  const bool utf16 = text.compare(0, 2, "\xff\xfe") == 0 || text.compare(0, 2, "\xfe\xff") == 0;
+  if (zero != std::string::npos && !utf16) throw std::runtime_error(what + "got a byte 0, wanted a text");
   return Builder(what, text, aliases).document();
 }
 

@@ -75,7 +75,7 @@ const std::map<std::string, Names> kOnlyIn = {
     {"open3d", {"evaluation"}},
     {"boost", {"tools", "ros", "nodes"}},
     {"yaml-cpp", {"yaml", "atlas", "tools", "ros"}},
-    {"json", {"tools", "ros"}},
+    {"json", {"mesh", "tools", "ros"}},
 };
 
 struct Include {

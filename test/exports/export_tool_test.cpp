@@ -155,6 +155,14 @@ TEST_F(ExportTool, OctreesAreReadByOctomapAndByOurselves) {
   for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n)
     sum += std::abs(distance(mesh.vertices.col(n).cast<double>()));
   EXPECT_LT(sum / static_cast<double>(mesh.vertices.cols()), kVoxel);  // cells are no finer
+
+  // The other format of octomap, with probabilities: the same cells, the same map.
+  ASSERT_TRUE(tree.write(folder_ / "t.ot"));
+  ASSERT_EQ(runProcess("ttsdf_build", {"--octomap", folder_ / "t.ot", "--voxel-size", "0.05", "--truncation",
+                                       "0.15", "--output", folder_ / "probabilities.ttsdf"})
+                .exit_code,
+            0);
+  EXPECT_EQ(fileText(folder_ / "probabilities.ttsdf"), fileText(folder_ / "again.ttsdf"));
 }
 
 /// As map_server's image loader: the yaml's thresholds on (255 - grey) / 255, rows from the top.

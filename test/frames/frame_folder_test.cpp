@@ -144,7 +144,7 @@ TEST(Pose, BrokenPosesAreErrorsThatNameTheFile) {
   const TempFolder folder;
   const char* broken[] = {
       "",
-      "1 0 0 0 0 1 0 0 0 0 1 0",
+      "1 0 0 0 0 1 0 0 0 0 1",
       "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 7",
       "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1",
       "1 0 0 inf 0 1 0 0 0 0 1 0 0 0 0 1",

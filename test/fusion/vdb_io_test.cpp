@@ -236,6 +236,68 @@ TEST_F(VdbIo, CarvedShellOfOthersKeepsItsFreeSpace) {
   EXPECT_EQ(reader.state({0, 0, 60}), VoxelState::kUnknown);
 }
 
+TEST_F(VdbIo, OfSeveralGridsTheNamedOneIsTakenAndNoneIsGuessed) {
+  auto sphere = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(kRadius, kCentre, 0.02F, 3.0F);
+  auto other =
+      openvdb::tools::createLevelSetSphere<openvdb::DoubleGrid>(0.3F, openvdb::Vec3f(2.0F), 0.02F, 3.0F);
+  auto numbers = openvdb::Int32Grid::create(3);
+  sphere->setName("ls_sphere"), other->setName("a_ball"), numbers->setName("ids");
+  const std::string several = writeGrids({other, numbers, sphere});
+  const std::string message = loadError(several);
+  for (const char* part :
+       {"--grid NAME", "'a_ball' (Tree_double", "'ls_sphere' (Tree_float", "'ids' (Tree_int32"})
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  VdbImport named;
+  std::string note;
+  named.grid = "ls_sphere", named.note = &note;
+  EXPECT_LE(rmsError(TsdfVolume::fromVdbFile(several, {}, named)), 0.05);
+  named.grid = "a_ball";
+  for (const auto& point : zeroCrossings(TsdfVolume::fromVdbFile(several, {}, named)))
+    ASSERT_NEAR((point - Eigen::Vector3d::Constant(2.0)).norm(), 0.3, 0.004);
+  for (const char* wrong : {"ids", "absent"}) {
+    named.grid = wrong;
+    const std::string refused =
+        thrownMessage<std::runtime_error>([&] { TsdfVolume::fromVdbFile(several, {}, named); });
+    EXPECT_NE(refused.find("'ls_sphere'"), std::string::npos) << refused;
+  }
+  // One that is meant among others: it is taken, and said.
+  other->setGridClass(openvdb::GRID_FOG_VOLUME);
+  VdbImport unnamed;
+  unnamed.note = &note;
+  EXPECT_LE(rmsError(TsdfVolume::fromVdbFile(writeGrids({other, numbers, sphere}), {}, unnamed)), 0.05);
+  EXPECT_NE(note.find("'a_ball'"), std::string::npos) << note;
+}
+
+TEST_F(VdbIo, OtherUnitsFogAndStrayVoxelsAreNamed) {
+  const auto millimetres = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(
+      1000.0F * kRadius, 1000.0F * kCentre, 20.0F, 3.0F);
+  const std::string path = writeGrids({millimetres});
+  EXPECT_NE(loadError(path).find("--scale"), std::string::npos);
+  VdbImport scaled;
+  scaled.scale = 0.001;
+  EXPECT_LE(rmsError(TsdfVolume::fromVdbFile(path, {}, scaled)), 0.1);
+
+  auto fog = openvdb::FloatGrid::create(0.0F);
+  fog->setTransform(openvdb::math::Transform::createLinearTransform(0.02));
+  fog->fill(openvdb::CoordBBox({0, 0, 0}, {20, 20, 20}), 1.0F, true);
+  fog->setGridClass(openvdb::GRID_FOG_VOLUME);
+  EXPECT_NE(loadError(writeGrids({fog})).find("wanted"), std::string::npos);
+
+  const auto stray = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(kRadius, kCentre, 0.02F, 3.0F);
+  stray->tree().setValueOn({2000000, 0, 0}, 0.01F);
+  EXPECT_NE(loadError(writeGrids({stray})).find("1 of"), std::string::npos);
+
+  // Far from zero (UTM): the same surface there.
+  const auto far = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(kRadius, kCentre, 0.02F, 3.0F);
+  far->transform().postTranslate(openvdb::Vec3d(356789.0, 5412345.0, 100.0));
+  const TsdfVolume volume = TsdfVolume::fromVdbFile(writeGrids({far}), {});
+  const Eigen::Vector3d there(356789.0, 5412345.0, 100.0), moved = volume.origin() - there;
+  double worst = 0.0;
+  for (const auto& point : zeroCrossings(volume))
+    worst = std::max(worst, std::abs(sphereScene().distance(point + moved)));
+  EXPECT_LT(worst, 0.004);
+}
+
 TEST_F(VdbIo, BrokenFilesAreErrorsThatNameTheFile) {
   loadError(folder_.file("missing.vdb"));
   loadError(folder_.path());

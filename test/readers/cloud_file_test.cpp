@@ -107,6 +107,17 @@ TEST_F(CloudFiles, PcdHeadersThatLie) {
     EXPECT_FALSE(refusal("t.pcd", whole.substr(0, size)).empty()) << size;
 }
 
+TEST_F(CloudFiles, PcdHeadersThatPromiseTooLittle) {
+  const std::string s4 = "4 4 4", f = "F F F", c1 = "1 1 1", two(24, '\1');
+  const std::string head = pcdHeader("x y z", s4, f, c1, "1", "1", "binary");
+  EXPECT_NE(refusal("more.pcd", head + two).find("12 bytes more"), std::string::npos);
+  EXPECT_EQ(read("fill.pcd", head + two.substr(12) + std::string(100, '\0') + "\n").points.cols(), 1);
+  EXPECT_NE(refusal("twice.pcd",
+                    pcdHeader("x y z x", "4 4 4 4", "F F F F", "1 1 1 1", "1", "1", "ascii") + "1 2 3 4\n")
+                .find("'x' 2 times"),
+            std::string::npos);
+}
+
 TEST_F(CloudFiles, CompressedPcdIsHeldAgainstItsHeader) {
   const std::string head = pcdHeader("x y z", "4 4 4", "F F F", "1 1 1", "2", "2", "binary_compressed");
   std::string columns;
@@ -162,6 +173,19 @@ TEST_F(CloudFiles, RawFloatsAndDoublesAreToldApart) {
     }
     kitti += bytes(0.25F);
   }
+  // Doubles of round numbers hold zeros in every second float.
+  std::string round;
+  for (const auto& p : kPoints) {
+    for (const double x : p) round += bytes(0.25 * x);
+  }
+  const CloudFile quarters = read("r.bin", round);
+  ASSERT_EQ(quarters.points.cols(), 4);
+  EXPECT_EQ(quarters.points(2, 3), 3.0);
+  // A box's corners, some of them off zero by what rounding leaves.
+  std::string rounded;
+  for (int n = 0; n < 100; ++n)
+    rounded += bytes(n % 4 == 0 ? 1e-17 : 0.1 * n) + bytes(0.7) + bytes(-1.3 / (n + 1));
+  EXPECT_EQ(read("z.bin", rounded).points.cols(), 100);
   const CloudFile single = read("a.bin", f32), twice = read("b.bin", f64);
   ASSERT_EQ(single.points.cols(), 400);
   ASSERT_EQ(twice.points.cols(), 400);
@@ -179,6 +203,36 @@ TEST_F(CloudFiles, TextClouds) {
   expectPoints(read("d.txt", "# comment\n\n" + lines), "txt");
   EXPECT_NE(refusal("e.xyz", lines + "1 2\n").find("line 5"), std::string::npos);
   EXPECT_FALSE(refusal("f.xyz", "nothing\n").empty());
+  expectPoints(read("g.xyz", "\xef\xbb\xbf" + lines), "a mark of UTF-8");
+  EXPECT_NE(refusal("h.xyz", std::string("\xff\xfe") + lines).find("UTF-16"), std::string::npos);
+  EXPECT_NE(refusal("i.xyz", "0,5 1,25 2,0\n").find("decimal points"), std::string::npos);
+  EXPECT_NE(refusal("j.csv", "0,5;1,25;2,0\n").find("decimal points"), std::string::npos);
+  EXPECT_NE(refusal("k.csv", "x,y,z\n1,,3,4\n").find("line 2"), std::string::npos);
+  // .pts files begin with their count.
+  EXPECT_NE(refusal("l.pts", "5\n" + lines).find("5 that its first line promises"), std::string::npos);
+  EXPECT_NE(refusal("m.pts", "3\n" + lines).find("got 4 points"), std::string::npos);
+}
+
+TEST_F(CloudFiles, HeadingsSayWhereTheCoordinatesAre) {
+  const std::string rows = "0,3,2,1,9\n1,6,5,4,9\n2,9,-8,7,9\n3,12,11,-10,9\n";
+  for (const char* heading : {"id,z,y,x,i", ",Z,Y,X,I", "\"t\",\"Points:2\",\"Points:1\",\"Points:0\",\"i\"",
+                              "//t z[m] y[m] x[m] i", "# stamp z y x intensity"})
+    expectPoints(read("a.csv", std::string(heading) + "\n" + rows), heading);
+  EXPECT_NE(refusal("b.csv", "lat,lon,height,r,g\n" + rows).find("columns x, y and z"), std::string::npos);
+  expectPoints(read("c.xyz", "a room\n# of x y z\n1 2 3 0\n4 5 6 0\n7 -8 9 0\n-10 11 12 0\n"), "title");
+  const CloudFile named = read("d.txt", "nx ny nz x y z\n0 0 1 1 2 3\n0 1 0 4 5 6\n");
+  ASSERT_EQ(named.normals.cols(), 2);
+  EXPECT_EQ(named.points.col(1), Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(named.normals.col(1), Eigen::Vector3f(0, 1, 0));
+  const CloudFile ending = read("e.xyzn", "1 2 3 0 0 1\n4 5 6 1 0 0\n");
+  ASSERT_EQ(ending.normals.cols(), 2);
+  EXPECT_EQ(ending.normals.col(1), Eigen::Vector3f(1, 0, 0));
+}
+
+TEST_F(CloudFiles, NormalsThatAreMissingAreNotUsed) {
+  EXPECT_EQ(read("a.xyzn", "1 2 3 0 0 0\n4 5 6 0 0 0\n").normals.cols(), 0);
+  EXPECT_EQ(read("b.xyzn", "1 2 3 nan nan nan\n4 5 6 0 0 1\n").normals.cols(), 0);
+  EXPECT_EQ(read("c.xyzn", "1 2 3 0 0 1\n4 5 6 0 0 1\n").normals.cols(), 2);
 }
 
 }  // namespace

@@ -262,6 +262,49 @@ TEST_F(TriangleFiles, Stl) {
     EXPECT_FALSE(refusal("t.stl", text.substr(0, size)).empty());
 }
 
+TEST_F(TriangleFiles, TextsOfOtherEditors) {
+  const std::string mark = "\xef\xbb\xbf";
+  expectBox(read("m.ply", mark + asciiBox()), 1.0, "PLY behind a mark of UTF-8");
+  EXPECT_EQ(read("m.obj", mark + "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").vertices(0, 0), 0.0);
+  EXPECT_EQ(read("m.off", mark + "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").triangles.cols(), 1);
+  for (const char* name : {"u.ply", "u.obj", "u.off", "u.stl"})
+    EXPECT_NE(refusal(name, std::string("\xff\xfev\0 \0", 6)).find("UTF-16"), std::string::npos) << name;
+}
+
+TEST_F(TriangleFiles, HeadersThatPromiseTooLittle) {
+  const std::string off = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n";
+  EXPECT_EQ(read("a.off", "OFF\n4 2 0\n" + off + "# the end\n\n").triangles.cols(), 2);
+  EXPECT_NE(refusal("b.off", "OFF\n4 1 0\n" + off).find("more data"), std::string::npos);
+  EXPECT_NE(refusal("c.ply",
+                    plyHeader("ascii", "float", 3, "element face 1\nproperty list float int vertex_index\n") +
+                        "0 0 0\n1 0 0\n0 1 0\n3.5 0 1 2\n")
+                .find("whole number"),
+            std::string::npos);
+}
+
+TEST_F(TriangleFiles, SurfacesThatAreNone) {
+  EXPECT_NE(refusal("line.obj", "v 0 0 0\nv 1 1 1\nv 3 3 3\nf 1 2 3\n").find("none with an area"),
+            std::string::npos);
+  const std::string polygon = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  for (const char* patch : {"surf 0 1 0 1 1 2 3\n", "bzp 1 2 3 1 2 3\n", "bsp 1 2 3\n"})
+    EXPECT_NE(refusal("patch.obj", polygon + patch).find("free-form"), std::string::npos) << patch;
+  const std::string facet = "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n";
+  const std::string end = "endloop\nendfacet\n";
+  EXPECT_EQ(read("shout.stl",
+                 "SOLID A\nFACET NORMAL 0 0 0\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\nVERTEX 0 1 0\n"
+                 "ENDLOOP\nENDFACET\nENDSOLID A\n")
+                .triangles.cols(),
+            1);
+  EXPECT_NE(refusal("six.stl", "solid a\n" + facet + facet + end + "endsolid a\n").find("6 vertices"),
+            std::string::npos);
+  EXPECT_NE(refusal("none.stl", facet + end).find("begins with 'solid'"), std::string::npos);
+  // Binary, whatever its first word says, with a count that lies.
+  EXPECT_NE(
+      refusal("count.stl", "solid" + std::string(75, ' ') + bytes<std::uint32_t>(3) + std::string(100, '\0'))
+          .find("3 triangles"),
+      std::string::npos);
+}
+
 TEST_F(TriangleFiles, FoldersDevicesAndAbsentFiles) {
   EXPECT_NE(thrownMessage<std::runtime_error>([&] { readTriangles(folder_.path()); }), "");
   EXPECT_NE(thrownMessage<std::runtime_error>([] { readTriangles("/nowhere/a.ply"); }).find("no such file"),

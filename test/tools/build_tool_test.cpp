@@ -111,6 +111,44 @@ TEST_F(BuildTool, UnreadableFramesAreSkippedNamedAndCounted) {
   EXPECT_EQ(report["skipped"].size(), 2u);
 }
 
+TEST_F(BuildTool, FramesOfAnotherSizeAreNamed) {
+  const auto frames = copyFrames("odd");
+  const std::vector<unsigned short> small(80 * 60, 1000);
+  pcl::io::saveShortPNGFile(frames + "/frame-000006.depth.png", small.data(), 80, 60, 1);
+  const auto run = build("odd", "odd.ttsdf");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.err.find("frame-000006.depth.png': depth image: got 80 x 60"), std::string::npos) << run.err;
+}
+
+TEST_F(BuildTool, FramesWithoutAReadingInRangeSayWhatTheyHold) {
+  expectError(build("frames", "x.ttsdf", {"--min-depth", "4.9", "--trust-frames"}), 1,
+              {"no surface from", "the median of their readings is", "--max-depth"});
+}
+
+TEST_F(BuildTool, UnitsThatCannotBeAreNamed) {
+  const auto mesh = [this](const std::string& scale, double at) {
+    std::ostringstream text;
+    text.precision(12);
+    for (const char* p : {"0 0 ", "1 0 ", "0 1 ", "1 1 "}) {
+      std::istringstream xy(p);
+      double x = 0.0, y = 0.0;
+      xy >> x >> y;
+      text << "v " << x + at << ' ' << y + at << " 0\n";
+    }
+    const auto path = folder_->write("plate.obj", text.str() + "f 1 2 4 3\n");
+    return runProcess("ttsdf_build", {"--mesh", path, "--scale", scale, "--voxel-size", "0.05",
+                                      "--truncation", "0.15", "--output", *folder_ / "plate.ttsdf"});
+  };
+  expectError(mesh("0.001", 0.0), 1, {"less than one voxel", "--scale"});
+  // Whole metres 5000 km away are numbers of single precision, whose steps there are half a metre.
+  const auto far = mesh("1", 5412345.0);
+  EXPECT_EQ(far.exit_code, 0) << far.err;
+  EXPECT_NE(far.err.find("steps of 0.5 m"), std::string::npos) << far.err;
+  const auto exact = mesh("1", 5412345.1);
+  EXPECT_EQ(exact.exit_code, 0) << exact.err;
+  EXPECT_EQ(exact.err.find("steps of"), std::string::npos) << exact.err;
+}
+
 TEST_F(BuildTool, FolderWithoutPosesIsAnError) {
   const auto frames = copyFrames("noposes");
   for (const auto& entry : fs::directory_iterator(frames)) {

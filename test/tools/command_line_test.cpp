@@ -173,6 +173,29 @@ TEST_F(CommandLineTest, OptionFileErrorsNameFileAndKey) {
   EXPECT_THROW(parse({"x", "--config", "/no/such/file.yaml"}), std::runtime_error);
 }
 
+TEST_F(CommandLineTest, OptionFilesThatAreNotWhatTheyLookLike) {
+  const auto refusal = [this](const std::string& text) {
+    try {
+      parse({"x", "--config", config(text)});
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what());
+    }
+    return std::string("taken");
+  };
+  EXPECT_NE(refusal("top_speed: 3\nfuel: power\ntop_speed: 4\n")
+                .find("line 3, column 1: got the key 'top_speed' again"),
+            std::string::npos);
+  EXPECT_NE(refusal("radio:\n  gears: 5\n  gears: 6\n").find("line 3, column 3: got the key 'gears' again"),
+            std::string::npos);
+  EXPECT_NE(refusal("top_speed: 3\n---\ntop_speed: 4\n").find("second document"), std::string::npos);
+  EXPECT_NE(refusal(std::string("top_speed: 3\0\n", 14)).find("byte 0"), std::string::npos);
+  EXPECT_NE(
+      refusal("fuel: \"power\ntop_speed: 3\n").find("while scanning a quoted scalar that begins in line 1"),
+      std::string::npos);
+  EXPECT_EQ(refusal("# rock 'n roll\ngears: 5\nradio:\n  gears: 5\n"), "taken");
+  EXPECT_EQ(refusal("--- # one document\nfuel: 'power'\n"), "taken");
+}
+
 TEST(RunTool, TurnsErrorsIntoExitCodes) {
   EXPECT_EQ(runTool("t", [] { return 0; }), 0);
   EXPECT_EQ(runTool("t", []() -> int { throw UsageError("x"); }), 2);

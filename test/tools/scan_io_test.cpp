@@ -89,6 +89,23 @@ TEST_F(ScanIo, BatchListSkipsCommentsAndKeepsNames) {
   EXPECT_FALSE(entries[2].truth);
 }
 
+TEST_F(ScanIo, BatchListsOfOtherEditors) {
+  write("list.txt",
+        "\xef\xbb\xbf"
+        "a.pcd\tp.txt # the first\n\"#b c.pcd\" p#1.txt\n");
+  const auto entries = readBatch(path("list.txt"));
+  ASSERT_EQ(entries.size(), 2u);
+  EXPECT_EQ(entries[0].scan, "a.pcd");
+  EXPECT_FALSE(entries[0].truth);
+  EXPECT_EQ(entries[1].scan, "#b c.pcd");
+  EXPECT_EQ(entries[1].prior, "p#1.txt");
+  for (const std::string& text :
+       {std::string("\"a.pcd\"p.txt t.txt\n"), std::string("a.pcd p.txt\0t.txt\n", 18)}) {
+    write("list.txt", text);
+    EXPECT_THROW(readBatch(path("list.txt")), std::runtime_error) << text;
+  }
+}
+
 TEST_F(ScanIo, BadBatchListIsRefusedWithItsLine) {
   write("list.txt", "a.pcd p.txt\na.pcd\n");
   try {

@@ -29,7 +29,6 @@ TEST(PlainYaml, ReadsWhatYamlCppReads) {
       "---\nlist:\n  - name: x\n    pose: [0, 0, 0]\n  - {name: y}\n...\n",
       "text: |\n  two\n  lines\nfolded: >\n  one\n  line\n",
       "nothing: ~\nempty:\nword: null\nquoted: 'null'\n",
-      "twice: 1\ntwice: 2\n",
       "? complex\n: value\n1: number\ntrue: word\n",
       "[1, [2, [3]], {}, []]\n",
       "windows: 1\r\nline: 2\r\n",
@@ -57,6 +56,8 @@ TEST(PlainYaml, SaysWhereATextIsWrong) {
       << refusal("a: [1, 2\nb: 3\n");
   EXPECT_EQ(refusal("a: 1\n\tb: 2\n").rfind("file: line 2, column 1: ", 0), 0U) << refusal("a: 1\n\tb: 2\n");
   EXPECT_EQ(refusal("a: 1\n---\nb: 2\n"), "file: line 2, column 1: got a second document, wanted one");
+  EXPECT_EQ(refusal("a: 1\nb: 2\na: 3\n"), "file: line 3, column 1: got the key 'a' again, wanted it once");
+  EXPECT_EQ(refusal(std::string("a: 1\0b", 6)), "file: got a byte 0, wanted a text");
   EXPECT_EQ(refusal("a: &x 1\nb: *x\n"), "file: line 2, column 4: got an alias, wanted plain values");
   EXPECT_EQ(refusal("a: *x\n", Aliases::kAllowed), "file: line 1, column 4: got an alias of nothing: 'x'");
   EXPECT_EQ(refusal("a: &a [1, *a]\n", Aliases::kAllowed),

@@ -24,4 +24,10 @@ void checkExtent(const Eigen::Vector3d& low, const Eigen::Vector3d& high, double
                  const std::vector<Eigen::Vector3d>& points, const std::string& what, const std::string& hint,
                  const ExtentCost& cost = {});
 
+/// "" or one line: the points are floats (or were) so far from zero that their steps show in voxels.
+std::string describeRounding(const std::vector<Eigen::Vector3d>& points, double voxel_size);
+
+/// Throws std::invalid_argument for what is smaller than a voxel: other units.
+void refuseTiny(const Eigen::Vector3d& low, const Eigen::Vector3d& high, double voxel_size);
+
 }  // namespace ttsdf

@@ -15,8 +15,8 @@ DepthImage readDepthImage(const std::string& path, double units_per_metre);
 /// Width and height by the file's header alone; zeros for what is no PNG or PGM.
 Eigen::Array2i depthImageSize(const std::string& path);
 
-/// 4x4 row-major pose, re-orthonormalised. Throws std::runtime_error naming the file (missing, NaN, not a
-/// rotation).
+/// 4x4 (or 3x4) row-major pose, re-orthonormalised. Throws std::runtime_error naming the file (missing, NaN,
+/// not a rotation).
 Eigen::Isometry3d readPose(const std::string& path);
 /// 4x4 row-major, enough digits to read the same numbers back. Throws std::runtime_error naming the file.
 void writePose(const std::string& path, const Eigen::Isometry3d& T);
@@ -35,8 +35,11 @@ struct FrameFolderOptions {
   double units_per_metre = 0.0;        ///< of the depth images; 0: as the layout has it (1000 without)
   bool poses_world_to_camera = false;  ///< the poses map the world to the camera
   bool opengl_axes = false;            ///< camera axes x right, y up, z backward (OpenCV: y down, z forward)
-  double pose_scale = 1.0;             ///< metres per unit of the poses' translations
-  double stamp_shift = 0.0;            ///< added to the images' stamps before poses are looked up [s]
+  char mirrored_axis =
+      0;  ///< 'x', 'y' or 'z': left-handed poses, right-handed with this axis the other way round
+  bool quaternions_w_first = false;           ///< the poses' quaternions are w x y z
+  double pose_scale = 1.0;                    ///< metres per unit of the poses' translations
+  double stamp_shift = 0.0;                   ///< added to the images' stamps before poses are looked up [s]
   std::optional<Eigen::Vector4d> intrinsics;  ///< fx, fy, cx, cy
 };
 
@@ -63,6 +66,8 @@ class FrameFolder {
   /// Clouds in the images' place: `depth_path` names a cloud file (readers/cloud_file.h), and there are no
   /// intrinsics.
   bool holdsClouds() const { return clouds_; }
+  /// The poses come from quaternions.
+  bool hasQuaternions() const { return quaternions_; }
   double unitsPerMetre() const { return units_per_metre_; }
   /// One line: layout, images, camera, units, and what was left out.
   const std::string& description() const { return description_; }
@@ -75,7 +80,7 @@ class FrameFolder {
   double units_per_metre_ = 1000.0;
   CameraIntrinsics intrinsics_;
   std::vector<FrameEntry> frames_;
-  bool clouds_ = false;
+  bool clouds_ = false, quaternions_ = false;
   std::string layout_, description_;
 };
 

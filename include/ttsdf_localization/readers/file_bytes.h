@@ -10,6 +10,8 @@
 
 namespace ttsdf {
 
+class WordCursor;
+
 /// Bytes of a regular file. Throws std::runtime_error("WHAT 'PATH': ..."): no such file, a folder, a device
 /// or pipe, empty.
 class FileBytes {
@@ -19,6 +21,8 @@ class FileBytes {
   const char* begin() const { return bytes_.data(); }
   const char* end() const { return bytes_.data() + bytes_.size(); }
   std::size_t size() const { return bytes_.size(); }
+  /// The file as a text, behind the mark that some editors begin UTF-8 with. Throws for UTF-16.
+  WordCursor text() const;
   const std::string& path() const { return path_; }
   /// Throws std::runtime_error("WHAT 'PATH': MESSAGE").
   [[noreturn]] void fail(const std::string& message) const;
@@ -64,6 +68,10 @@ class WordCursor {
 bool parseNumber(std::string_view word, double* number);
 /// A whole number.
 bool parseNumber(std::string_view word, std::int64_t* number);
+/// All numbers of a text, between blanks, commas, semicolons and brackets; at most one more than `most`.
+/// Throws std::runtime_error naming the file for what is no finite number.
+std::vector<double> finiteNumbers(const FileBytes& file, std::size_t most);
+std::string lowerCase(std::string_view text);
 /// The ending of a file's name in lower case: ".ply".
 std::string lowerEnding(const std::string& path);
 /// At the most 40 characters of a file's text, for a message: what cannot be printed is replaced.

@@ -14,6 +14,7 @@ namespace ttsdf {
 struct BuildArguments {
   std::string frames, mesh, vdb, cloud, octomap, grid, output, report, save_vdb;
   std::string poses = "camera-to-world", camera_axes = "opencv", intrinsics;
+  std::string mirror_poses = "none", quaternions = "xyzw";
   double depth_scale = 0.0, scale = 1.0, pose_scale = 1.0, stamp_shift = 0.0;
   std::string cloud_from = "inside";
   bool trust_frames = false;

@@ -31,6 +31,7 @@ std::vector<std::string> wordsOf(const std::string& line, const std::string& pat
       ++n;
       continue;
     }
+    if (line[n] == '#') break;  // a comment
     std::string word;
     if (line[n] != '"') {
       while (n < line.size() && !blank(line[n])) word += line[n++];
@@ -46,6 +47,10 @@ std::vector<std::string> wordsOf(const std::string& line, const std::string& pat
         word += line[n];
       }
       ++n;
+      if (n < line.size() && !blank(line[n])) {
+        throw std::runtime_error("batch list '" + path + "', line " + std::to_string(number) + ": got '" +
+                                 line[n] + "' right behind a quote, wanted a blank");
+      }
     }
     words.push_back(std::move(word));
   }
@@ -62,8 +67,13 @@ std::vector<BatchEntry> readBatch(const std::string& path) {
   std::vector<BatchEntry> entries;
   std::string line;
   for (std::size_t number = 1; std::getline(in, line); ++number) {
+    if (number == 1 && line.rfind("\xef\xbb\xbf", 0) == 0) line.erase(0, 3);  // some editors' mark of UTF-8
+    if (line.find('\0') != std::string::npos) {
+      throw std::runtime_error("batch list '" + path + "', line " + std::to_string(number) +
+                               ": got a byte 0, wanted plain text");
+    }
     const std::vector<std::string> words = wordsOf(line, path, number);
-    if (words.empty() || words[0][0] == '#') continue;
+    if (words.empty()) continue;
     if (words.size() < 2 || words.size() > 3) {
       throw std::runtime_error("batch list '" + path + "', line " + std::to_string(number) + ": got " +
                                std::to_string(words.size()) +
