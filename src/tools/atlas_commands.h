@@ -12,6 +12,8 @@ namespace ttsdf {
 class Progress;
 
 int runAtlasBuild(int argc, char** argv);
+int runAtlasCell(int argc, char** argv);
+int runAtlasFinish(int argc, char** argv);
 int runAtlasInfo(int argc, char** argv);
 int runAtlasCheck(int argc, char** argv);
 int runAtlasAdd(int argc, char** argv);

@@ -15,8 +15,10 @@ struct Command {
   int (*run)(int, char**);
 };
 
-constexpr std::array<Command, 8> kCommands = {{
-    {"build", "cut frames, a cloud, a volume or an octree into maps", ttsdf::runAtlasBuild},
+constexpr std::array<Command, 10> kCommands = {{
+    {"build", "cut frames, a mesh, a cloud, a volume or an octree into maps", ttsdf::runAtlasBuild},
+    {"cell", "make the map of one cell of a build that was begun", ttsdf::runAtlasCell},
+    {"finish", "write the atlas when the commands of a build were run", ttsdf::runAtlasFinish},
     {"info", "list the maps and their neighbours", ttsdf::runAtlasInfo},
     {"check", "compare the map files with atlas.yaml", ttsdf::runAtlasCheck},
     {"add", "put a map file into the atlas, or its next version", ttsdf::runAtlasAdd},
@@ -44,8 +46,7 @@ int run(int argc, char** argv) {
   for (const Command& command : kCommands) {
     if (name == command.name) return command.run(argc - 1, argv + 1);
   }
-  throw ttsdf::UsageError("got command '" + name +
-                          "', wanted build, info, check, add, remove, merge, index or export (--help)");
+  throw ttsdf::UsageError("got command '" + name + "', wanted one of those that --help lists");
 }
 
 }  // namespace
