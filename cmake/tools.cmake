@@ -47,6 +47,7 @@ ttsdf_tool(ttsdf_convert SOURCES src/tools/ttsdf_convert.cpp LIBS ttsdf_tools tt
 ttsdf_tool(ttsdf_atlas_tool
   SOURCES src/tools/ttsdf_atlas.cpp src/tools/atlas_build.cpp src/tools/atlas_edit.cpp src/tools/atlas_index.cpp
           src/tools/atlas_mesh.cpp src/tools/atlas_show.cpp src/tools/atlas_tasks.cpp src/tools/atlas_workers.cpp
+          src/tools/atlas_update.cpp src/tools/atlas_versions.cpp src/tools/map_change.cpp
           src/tools/build_sources.cpp
   LIBS ttsdf_tools ttsdf_atlas ttsdf_mapping ttsdf_exports)
 set_target_properties(ttsdf_atlas_tool PROPERTIES OUTPUT_NAME ttsdf_atlas)
@@ -79,7 +80,7 @@ if(TTSDF_BUILD_SIMULATION)
     INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
 endif()
 if(TTSDF_BUILD_SIMULATION)
-  foreach(test atlas_build_test atlas_tool_test)
+  foreach(test atlas_build_test atlas_tool_test atlas_update_test)
     ttsdf_tool_test(tools/${test}.cpp LIBS ttsdf_tools ttsdf_atlas ttsdf_mapping ttsdf_simulation
       ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY} INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
   endforeach()

@@ -18,6 +18,8 @@ int runAtlasInfo(int argc, char** argv);
 int runAtlasCheck(int argc, char** argv);
 int runAtlasAdd(int argc, char** argv);
 int runAtlasRemove(int argc, char** argv);
+int runAtlasRollback(int argc, char** argv);
+int runAtlasUpdate(int argc, char** argv);
 int runAtlasMerge(int argc, char** argv);
 int runAtlasIndex(int argc, char** argv);
 int runAtlasExport(int argc, char** argv);

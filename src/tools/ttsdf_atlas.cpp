@@ -15,7 +15,7 @@ struct Command {
   int (*run)(int, char**);
 };
 
-constexpr std::array<Command, 10> kCommands = {{
+constexpr std::array<Command, 12> kCommands = {{
     {"build", "cut frames, a mesh, a cloud, a volume or an octree into maps", ttsdf::runAtlasBuild},
     {"cell", "make the map of one cell of a build that was begun", ttsdf::runAtlasCell},
     {"finish", "write the atlas when the commands of a build were run", ttsdf::runAtlasFinish},
@@ -23,6 +23,8 @@ constexpr std::array<Command, 10> kCommands = {{
     {"check", "compare the map files with atlas.yaml", ttsdf::runAtlasCheck},
     {"add", "put a map file into the atlas, or its next version", ttsdf::runAtlasAdd},
     {"remove", "take maps out of the atlas", ttsdf::runAtlasRemove},
+    {"update", "bring the maps that new frames see up to date", ttsdf::runAtlasUpdate},
+    {"rollback", "make a map what it was before", ttsdf::runAtlasRollback},
     {"merge", "put all maps of another atlas into this one", ttsdf::runAtlasMerge},
     {"index", "look around in the maps, so that robots find the one they are in", ttsdf::runAtlasIndex},
     {"export", "write the surface of all maps as one mesh", ttsdf::runAtlasExport},

@@ -89,8 +89,8 @@ TEST_F(AtlasTool, SaysWhatIsWrong) {
   EXPECT_EQ(run({}).exit_code, 2);
   EXPECT_EQ(run({"fly"}).exit_code, 2);
   EXPECT_EQ(run({"--help"}).exit_code, 0);
-  for (const char* command :
-       {"build", "cell", "finish", "info", "check", "add", "remove", "merge", "index", "export"}) {
+  for (const char* command : {"build", "cell", "finish", "info", "check", "add", "remove", "update",
+                              "rollback", "merge", "index", "export"}) {
     const ToolRun help = run({command, "--help"});
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_NE(help.out.find(std::string("usage: ttsdf_atlas ") + command), std::string::npos);
