@@ -53,7 +53,8 @@ endfunction()
 install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION} COMPONENT tools)
 install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-install(PROGRAMS scripts/frames_from scripts/frames_to_bag scripts/frames_to_batch scripts/evaluate_trajectory scripts/plot_map
+install(PROGRAMS scripts/atlas_dask scripts/frames_from scripts/frames_to_bag scripts/frames_to_batch
+  scripts/evaluate_trajectory scripts/plot_map
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(FILES scripts/poses.py scripts/depth_frames.py DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 

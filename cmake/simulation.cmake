@@ -11,6 +11,7 @@ ttsdf_library(ttsdf_simulation
     src/simulation/scenes/furniture.cpp
     src/simulation/scenes/apartment.cpp
     src/simulation/scenes/building.cpp
+    src/simulation/scenes/hotel.cpp
     src/simulation/scenes/worlds.cpp
     src/simulation/depth_noise.cpp
     src/simulation/pose_noise.cpp
@@ -26,6 +27,7 @@ ttsdf_library(ttsdf_simulation
 
 ttsdf_unit_test(simulation/solid_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/analytic_scene_test.cpp LIBS ttsdf_simulation)
+ttsdf_unit_test(simulation/hotel_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/worlds_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/depth_camera_test.cpp LIBS ttsdf_simulation)
 ttsdf_unit_test(simulation/mesh_renderer_test.cpp LIBS ttsdf_simulation)

@@ -39,11 +39,12 @@ ttsdf_tool(ttsdf_convert SOURCES src/tools/ttsdf_convert.cpp LIBS ttsdf_tools tt
 # The program ttsdf_atlas; the library has the target of this name.
 ttsdf_tool(ttsdf_atlas_tool
   SOURCES src/tools/ttsdf_atlas.cpp src/tools/atlas_build.cpp src/tools/atlas_edit.cpp src/tools/atlas_index.cpp
-          src/tools/finished_cells.cpp
-          src/tools/atlas_show.cpp
-    src/tools/build_sources.cpp
+          src/tools/atlas_mesh.cpp src/tools/atlas_show.cpp src/tools/atlas_tasks.cpp src/tools/atlas_workers.cpp
+          src/tools/atlas_update.cpp src/tools/atlas_versions.cpp src/tools/map_change.cpp
+          src/tools/build_sources.cpp
   LIBS ttsdf_tools ttsdf_atlas ttsdf_mapping ttsdf_exports)
 set_target_properties(ttsdf_atlas_tool PROPERTIES OUTPUT_NAME ttsdf_atlas)
+target_compile_definitions(ttsdf_atlas_tool PRIVATE TTSDF_SCRIPTS_DIR="${CMAKE_CURRENT_SOURCE_DIR}/scripts")
 
 ttsdf_unit_test(tools/command_line_test.cpp LIBS ttsdf_tools)
 ttsdf_unit_test(tools/map_edit_test.cpp LIBS ttsdf_tools)
@@ -72,8 +73,10 @@ if(TTSDF_BUILD_SIMULATION)
     INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
 endif()
 if(TTSDF_BUILD_SIMULATION)
-  ttsdf_tool_test(tools/atlas_tool_test.cpp LIBS ttsdf_tools ttsdf_atlas ttsdf_mapping ttsdf_simulation
-    ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY} INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
+  foreach(test atlas_build_test atlas_tool_test atlas_update_test)
+    ttsdf_tool_test(tools/${test}.cpp LIBS ttsdf_tools ttsdf_atlas ttsdf_mapping ttsdf_simulation
+      ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY} INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
+  endforeach()
 endif()
 ttsdf_unit_test(tools/mutated_files_test.cpp LIBS ttsdf_tools ttsdf_mapping OpenVDB::openvdb ${TTSDF_TBB_LIBRARY})
 ttsdf_tool_test(exports/export_tool_test.cpp LIBS ttsdf_tools ttsdf_exports ${TTSDF_OCTOMAP_LIBRARY} ${TTSDF_OCTOMATH_LIBRARY}

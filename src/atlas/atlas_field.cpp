@@ -112,10 +112,24 @@ void evaluatePiece(const std::vector<AtlasMember>& all, const PointSpan& points,
   }
 }
 
+/// See AtlasField.
+void answerForAbsent(const std::vector<AbsentBox>& absent, const PointSpan& points,
+                     const SampleSpan& samples) {
+  for (int n = 0; n < points.size; ++n) {
+    if (samples.state[n] == PointState::kValid) continue;
+    const Eigen::Vector3f p(points.x[n], points.y[n], points.z[n]);
+    if (std::none_of(absent.begin(), absent.end(), [&p](const AbsentBox& box) { return box.holds(p); }))
+      continue;
+    giveNothing(samples, n);
+    samples.value[n] = AtlasField::kAbsentDistance;
+    samples.state[n] = PointState::kValid;
+  }
+}
+
 }  // namespace
 
-AtlasField::AtlasField(std::vector<PlacedField> maps)
-    : members_(std::make_shared<const Members>(std::move(maps))) {
+AtlasField::AtlasField(std::vector<PlacedField> maps, const std::vector<OrientedBox>& absent)
+    : members_(std::make_shared<const Members>(std::move(maps), absent)) {
   setAgreement(worstOf(members_->maps));
 }
 AtlasField::~AtlasField() = default;
@@ -127,6 +141,7 @@ void AtlasField::evaluate(const PointSpan& points, const SampleSpan& samples) co
   for (int begin = 0; begin < points.size; begin += kAtlasPiece) {
     evaluatePiece(members_->members, points, samples, begin, std::min(kAtlasPiece, points.size - begin));
   }
+  if (!members_->absent.empty()) answerForAbsent(members_->absent, points, samples);
 }
 
 std::size_t AtlasField::memoryBytes() const {

@@ -16,6 +16,7 @@ namespace ttsdf {
 
 namespace {
 
+constexpr double kSight = 15.0;  // [m] scans do not reach into maps that are further from those in use
 constexpr double kStays = 1.25;  // a map in use is wanted a little longer: no coming and going at the border
 
 std::size_t toBytes(double megabytes) { return static_cast<std::size_t>(megabytes * 1048576.0); }
@@ -228,6 +229,7 @@ class AtlasLoader::Impl {
 
   void publish(const Task& task, const Plan& plan) {
     std::vector<PlacedField> maps;
+    std::vector<std::size_t> used;
     std::vector<std::pair<std::string, std::string>> editions;
     AtlasLoaderStatus status;
     bool inside = false, coming = false;
@@ -240,6 +242,7 @@ class AtlasLoader::Impl {
       }
       if (!shelf_.has(map.name)) continue;
       inside = inside || holds;
+      used.push_back(n);
       maps.push_back(shelf_.get(map.name));
       editions.emplace_back(map.name, maps.back().map_id);
       status.in_use.push_back(map.name);
@@ -254,7 +257,8 @@ class AtlasLoader::Impl {
     used_.insert(status.in_use.begin(), status.in_use.end());
     const bool changed = editions != used_editions_ || edition_used_ != task.edition;
     std::shared_ptr<const AtlasField> field, before;
-    if (changed && !maps.empty()) field = std::make_shared<const AtlasField>(std::move(maps));
+    if (changed && !maps.empty())
+      field = std::make_shared<const AtlasField>(std::move(maps), absentAround(task, used));
     {
       // What was there goes after the lock: letting maps go takes milliseconds, and want() comes from the
       // scans.
@@ -266,6 +270,14 @@ class AtlasLoader::Impl {
     used_editions_ = std::move(editions);
     edition_used_ = task.edition;
     if (changed && !first_nothing && changed_) changed_(field);
+  }
+
+  /// Boxes of the maps that a scan may reach into and that are not in use.
+  static std::vector<OrientedBox> absentAround(const Task& task, const std::vector<std::size_t>& used) {
+    std::vector<OrientedBox> boxes;
+    for (const std::size_t n : task.edition->ranking.around(used, kSight))
+      boxes.push_back(task.edition->atlas.maps[n].box());
+    return boxes;
   }
 
   bool failing(const AtlasMap& map) const {

@@ -50,7 +50,8 @@ GridGeometry coveringGrid(const std::vector<PlacedField>& maps) {
 
 }  // namespace
 
-AtlasField::Members::Members(std::vector<PlacedField> placed) : maps(std::move(placed)) {
+AtlasField::Members::Members(std::vector<PlacedField> placed, const std::vector<OrientedBox>& absent_boxes)
+    : maps(std::move(placed)) {
   checkPlaced(maps);
   geometry = coveringGrid(maps);
   for (const PlacedField& map : maps) {
@@ -64,6 +65,9 @@ AtlasField::Members::Members(std::vector<PlacedField> placed) : maps(std::move(p
     members.push_back({map.field.get(), map.far.get(), T_field_atlas.cast<float>(), T_box_atlas.cast<float>(),
                        box.size.cast<float>(), bounds.cast<float>()});
   }
+  const Eigen::Isometry3d T_atlas_origin(Eigen::Translation3d(geometry.origin));
+  for (const OrientedBox& box : absent_boxes)
+    absent.push_back({(box.T_atlas_box.inverse() * T_atlas_origin).cast<float>(), box.size.cast<float>()});
 }
 
 int AtlasField::Members::deepest(const Eigen::Vector3f& p) const {

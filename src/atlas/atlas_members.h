@@ -55,6 +55,16 @@ struct AtlasBatch {
   }
 };
 
+/// The box of a map that is not here, relative to the atlas field's origin.
+struct AbsentBox {
+  Eigen::Isometry3f T_box_atlas;  ///< the box is [0, size]
+  Eigen::Vector3f size;           ///< [m]
+  bool holds(const Eigen::Vector3f& p) const {
+    const Eigen::Vector3f q = T_box_atlas * p;
+    return (q.array() >= 0.0F).all() && (q.array() <= size.array()).all();
+  }
+};
+
 inline void giveNothing(const SampleSpan& samples, int n) {
   samples.value[n] = samples.gradient_x[n] = samples.gradient_y[n] = samples.gradient_z[n] = 0.0F;
   samples.state[n] = PointState::kOutside;
@@ -67,13 +77,14 @@ std::size_t deepestOf(const std::vector<PlacedField>& maps, const Eigen::Vector3
 
 class AtlasField::Members {
  public:
-  explicit Members(std::vector<PlacedField> placed);
+  Members(std::vector<PlacedField> placed, const std::vector<OrientedBox>& absent_boxes);
 
   /// The member that holds a point deepest, the first of equals; -1: none holds it.
   int deepest(const Eigen::Vector3f& p) const;
 
   std::vector<PlacedField> maps;
   std::vector<AtlasMember> members;
+  std::vector<AbsentBox> absent;
   GridGeometry geometry;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 namespace ttsdf {
@@ -72,6 +73,16 @@ std::vector<MapRanking::Entry> MapRanking::near(const RobotMotion& motion, doubl
   std::vector<Entry> entries;
   for (const auto& one : found) entries.push_back(one.second);
   return entries;
+}
+
+std::vector<std::size_t> MapRanking::around(const std::vector<std::size_t>& maps, double distance) const {
+  std::set<std::size_t> found;
+  for (const std::size_t map : maps) {
+    const auto near = tree_.within(boxes_[map].bounds(), distance);
+    found.insert(near.begin(), near.end());
+  }
+  for (const std::size_t map : maps) found.erase(map);
+  return {found.begin(), found.end()};
 }
 
 }  // namespace ttsdf

@@ -27,6 +27,8 @@ class MapRanking {
   std::vector<Entry> near(const RobotMotion& motion, double prediction, double radius) const;
   /// The same of one map.
   double distance(std::size_t map, const RobotMotion& motion, double prediction) const;
+  /// Maps whose boxes are at most `distance` [m] away from those of `maps`, without these; rising.
+  std::vector<std::size_t> around(const std::vector<std::size_t>& maps, double distance) const;
   /// Whether a map holds the position.
   bool holds(std::size_t map, const Eigen::Vector3d& position) const {
     return boxes_[map].depth(position) >= 0.0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "atlas_members.h"
 
@@ -10,7 +11,7 @@ namespace ttsdf {
 
 namespace {
 
-constexpr double kElevations[kPlaceElevations] = {-0.5, -0.17, 0.17};  // [rad]
+constexpr double kElevations[kPlaceElevations] = {-0.60, -0.36, -0.12, 0.12, 0.36, 0.60};  // [rad]
 constexpr double kFarthest = (kNoRange - 1) * kPlaceRangeStep;
 
 std::size_t binOf(int elevation, int azimuth) {
@@ -76,15 +77,17 @@ double differenceOf(std::uint8_t a, std::uint8_t b) {
 
 }  // namespace
 
-PlaceRanges rangesOfScan(const Eigen::Matrix3Xf& points_sensor, const Eigen::Vector3d& down_sensor) {
+PlaceRanges rangesOfScan(const Eigen::Matrix3Xf& points_sensor, const Eigen::Vector3d& down_sensor,
+                         const Eigen::Vector3d& from, double yaw) {
   constexpr double kBand = 0.09;  // half height of a row [rad]
-  const Eigen::Matrix3f R = Eigen::Quaterniond::FromTwoVectors(down_sensor, -Eigen::Vector3d::UnitZ())
-                                .toRotationMatrix()
-                                .cast<float>();
+  const Eigen::Quaterniond level = Eigen::Quaterniond::FromTwoVectors(down_sensor, -Eigen::Vector3d::UnitZ());
+  const Eigen::AngleAxisd turned(-yaw, Eigen::Vector3d::UnitZ());
+  const Eigen::Matrix3f R = (turned * level).toRotationMatrix().cast<float>();
+  const Eigen::Vector3f shift = (turned * from).cast<float>();
   std::array<double, kPlaceAzimuths * kPlaceElevations> sums{};
   std::array<int, kPlaceAzimuths * kPlaceElevations> counts{};
   for (Eigen::Index n = 0; n < points_sensor.cols(); ++n) {
-    const Eigen::Vector3f p = R * points_sensor.col(n);
+    const Eigen::Vector3f p = R * points_sensor.col(n) - shift;
     const double range = static_cast<double>(p.norm());
     if (!(range > 0.0) || !std::isfinite(range)) continue;
     const double elevation = std::asin(static_cast<double>(p.z()) / range);
@@ -103,26 +106,127 @@ PlaceRanges rangesOfScan(const Eigen::Matrix3Xf& points_sensor, const Eigen::Vec
   return ranges;
 }
 
-double placeDifference(const PlaceRanges& scan, const PlaceRanges& place) {
-  constexpr int kLeast = 4;               // directions, to say anything
-  constexpr double kUnknownIs = 0.7;      // the scan sees a surface where the map knows nothing
-  std::vector<std::pair<int, int>> seen;  // elevation, azimuth
-  for (int e = 0; e < kPlaceElevations; ++e) {
-    for (int a = 0; a < kPlaceAzimuths; ++a) {
-      if (scan[binOf(e, a)] != kNoRange) seen.emplace_back(e, a);
+namespace {
+
+/// Differences of all pairs of ranges, in 255ths.
+class DifferenceTable {
+ public:
+  DifferenceTable() {
+    constexpr double kUnknownIs = 0.7;  // the scan sees a surface where the map knows nothing
+    for (int a = 0; a < 256; ++a) {
+      for (int b = 0; b < 256; ++b) {
+        const double difference =
+            b == kNoRange ? kUnknownIs
+                          : differenceOf(static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b));
+        values_[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)] =
+            static_cast<std::uint8_t>(std::lround(255.0 * difference));
+      }
     }
   }
-  if (seen.size() < static_cast<std::size_t>(kLeast)) return 1.0;
-  double best = 1.0;
-  for (int turn = 0; turn < kPlaceAzimuths; ++turn) {
-    double sum = 0.0;
-    for (const auto& [e, a] : seen) {
-      const std::uint8_t there = place[binOf(e, (a + turn) % kPlaceAzimuths)];
-      sum += there == kNoRange ? kUnknownIs : differenceOf(scan[binOf(e, a)], there);
+  const std::uint8_t* of(std::uint8_t range) const { return values_[range].data(); }
+
+ private:
+  std::array<std::array<std::uint8_t, 256>, 256> values_;
+};
+
+/// A place with every row twice, so that no azimuth has to be taken modulo.
+class WidePlace {
+ public:
+  static constexpr int kRow = 2 * kPlaceAzimuths;
+  explicit WidePlace(const PlaceRanges& place) {
+    for (int e = 0; e < kPlaceElevations; ++e) {
+      for (int a = 0; a < kRow; ++a)
+        ranges_[static_cast<std::size_t>(e * kRow + a)] = place[binOf(e, a % kPlaceAzimuths)];
     }
-    best = std::min(best, sum / static_cast<double>(seen.size()));
   }
+  const std::uint8_t* turned(int turn) const { return ranges_.data() + turn; }
+
+ private:
+  std::array<std::uint8_t, kRow * kPlaceElevations> ranges_;
+};
+
+/// The directions that a scan has, ready to be compared.
+class SeenDirections {
+ public:
+  explicit SeenDirections(const PlaceRanges& scan) {
+    static const DifferenceTable table;
+    for (int e = 0; e < kPlaceElevations; ++e) {
+      for (int a = 0; a < kPlaceAzimuths; ++a) {
+        const std::uint8_t range = scan[binOf(e, a)];
+        if (range != kNoRange) seen_.push_back({e * WidePlace::kRow + a, table.of(range)});
+      }
+    }
+  }
+  std::size_t size() const { return seen_.size(); }
+  bool enough() const { return seen_.size() >= 4; }
+
+  /// Least mean difference over all turns, if it is below `best`; `best` otherwise.
+  double difference(const WidePlace& place, double best) const {
+    if (!enough()) return best;
+    const double full = 255.0 * static_cast<double>(seen_.size());
+    auto limit = static_cast<unsigned>(best * full);
+    for (int turn = 0; turn < kPlaceAzimuths; ++turn) {
+      const std::uint8_t* const there = place.turned(turn);
+      unsigned sum = 0;
+      for (std::size_t n = 0; n < seen_.size() && sum < limit; ++n) sum += seen_[n].row[there[seen_[n].bin]];
+      if (sum < limit) {
+        limit = sum;
+        best = sum / full;
+      }
+    }
+    return best;
+  }
+
+ private:
+  struct Direction {
+    int bin;
+    const std::uint8_t* row;  ///< differences to all ranges
+  };
+  std::vector<Direction> seen_;
+};
+
+/// The scan from points within half a spacing of the sensor.
+struct ScanViews {
+  std::vector<SeenDirections> few, rest;  ///< a few of them tell which places are worth all
+};
+
+ScanViews viewsOf(const Eigen::Matrix3Xf& points, const Eigen::Vector3d& down, double spacing) {
+  constexpr int kAside = 5, kAbove = 3;
+  constexpr Eigen::Index kMostPoints = 2000;
+  constexpr double kLeastSeen = 0.6;  // of the directions that the sensor itself sees
+  const Eigen::Index stride = std::max<Eigen::Index>(1, points.cols() / kMostPoints);
+  Eigen::Matrix3Xf some(3, (points.cols() + stride - 1) / stride);
+  for (Eigen::Index n = 0; n < some.cols(); ++n) some.col(n) = points.col(n * stride);
+  ScanViews views;
+  const auto least = kLeastSeen * static_cast<double>(SeenDirections(rangesOfScan(some, down)).size());
+  const auto add = [&](const Eigen::Array3d& share, double phase, std::vector<SeenDirections>& list) {
+    const Eigen::Vector3d from = spacing * (share - 0.5).matrix();
+    SeenDirections view(rangesOfScan(some, down, from, phase * 2.0 * M_PI / kPlaceAzimuths));
+    if (view.enough() && static_cast<double>(view.size()) >= least) list.push_back(std::move(view));
+  };
+  for (int k = 0; k < kAbove; ++k) {
+    for (int j = 0; j < kAside; ++j) {
+      for (int i = 0; i < kAside; ++i) {
+        const Eigen::Array3d share((i + 0.5) / kAside, (j + 0.5) / kAside, (k + 0.5) / kAbove);
+        const bool one_of_few = i % 2 == 1 && j % 2 == 1 && k == kAbove / 2;
+        add(share, 0.0, one_of_few ? views.few : views.rest);
+        add(share, 0.5, views.rest);
+      }
+    }
+  }
+  return views;
+}
+
+double leastDifference(const std::vector<SeenDirections>& views, const PlaceRanges& place, double best) {
+  const WidePlace wide(place);
+  for (const SeenDirections& view : views) best = view.difference(wide, best);
   return best;
+}
+
+}  // namespace
+
+double placeDifference(const PlaceRanges& scan, const PlaceRanges& place) {
+  return SeenDirections(scan).difference(WidePlace(place), 1.0);
 }
 
 void PlaceIndex::add(const std::vector<PlacedField>& around, std::uint32_t key) {
@@ -178,12 +282,29 @@ const PlaceIndex::Entry* PlaceIndex::find(const std::string& name) const {
 
 std::vector<PlaceIndex::Ranked> PlaceIndex::rank(const Eigen::Matrix3Xf& points_sensor,
                                                  const Eigen::Vector3d& down_sensor) const {
-  const PlaceRanges scan = rangesOfScan(points_sensor, down_sensor);
+  constexpr std::size_t kLeastLooked = 64;  // places that are compared with all views, ...
+  constexpr double kShareLooked = 0.15;     // ... and the share of all places
+  const ScanViews views = viewsOf(points_sensor, down_sensor, options_.spacing);
+  struct Compared {
+    double difference;
+    std::size_t map, place;
+  };
+  std::vector<Compared> compared;
   std::vector<Ranked> ranked;
-  for (const Entry& map : maps_) {
-    double best = 1.0;
-    for (const PlaceRanges& place : map.places) best = std::min(best, placeDifference(scan, place));
-    ranked.push_back({map.name, best});
+  for (std::size_t m = 0; m < maps_.size(); ++m) {
+    ranked.push_back({maps_[m].name, 1.0});
+    for (std::size_t n = 0; n < maps_[m].places.size(); ++n)
+      compared.push_back({leastDifference(views.few, maps_[m].places[n], 1.0), m, n});
+  }
+  std::stable_sort(compared.begin(), compared.end(),
+                   [](const Compared& a, const Compared& b) { return a.difference < b.difference; });
+  const auto looked =
+      std::max(kLeastLooked, static_cast<std::size_t>(kShareLooked * static_cast<double>(compared.size())));
+  for (std::size_t n = 0; n < compared.size(); ++n) {
+    const Compared& one = compared[n];
+    double& best = ranked[one.map].difference;
+    best = std::min(best, one.difference);
+    if (n < looked) best = leastDifference(views.rest, maps_[one.map].places[one.place], best);
   }
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const Ranked& a, const Ranked& b) { return a.difference < b.difference; });

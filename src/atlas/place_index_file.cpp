@@ -14,7 +14,7 @@ namespace ttsdf {
 
 namespace {
 
-constexpr char kMagic[] = "TTSDFPL1";
+constexpr char kMagic[] = "TTSDFPL2";
 constexpr std::size_t kMagicBytes = 8, kCrcBytes = 4;
 
 std::uint32_t crcOf(const std::uint8_t* data, std::size_t size) {
@@ -95,7 +95,7 @@ std::vector<std::uint8_t> serialize(const PlaceIndex& index) {
 
 PlaceIndex deserializePlaces(const std::vector<std::uint8_t>& bytes) {
   if (bytes.size() < kMagicBytes + kCrcBytes || std::memcmp(bytes.data(), kMagic, kMagicBytes) != 0)
-    throw std::runtime_error("index of places: got another file, wanted one that begins with 'TTSDFPL1'");
+    throw std::runtime_error("index of places: got another file, wanted one that begins with 'TTSDFPL2'");
   const std::size_t body = bytes.size() - kCrcBytes;
   if (crcOf(bytes.data(), body) != Reader(bytes.data() + body, kCrcBytes).u32())
     throw std::runtime_error("index of places: got a damaged file, wanted its checksum (make it again)");

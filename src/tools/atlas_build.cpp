@@ -1,21 +1,17 @@
-// build: one source, many maps.
+// build, cell, finish: one source, many maps.
 
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <iostream>
-#include <mutex>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
-#include <thread>
 
 #include "atlas_commands.h"
-#include "finished_cells.h"
+#include "atlas_mesh.h"
+#include "atlas_tasks.h"
+#include "atlas_workers.h"
 #include "ttsdf_localization/fusion/volume_parts.h"
-#include "ttsdf_localization/surface/surface_mesh.h"
 #include "ttsdf_localization/tools/build_sources.h"
 #include "ttsdf_localization/tools/command_line.h"
 
@@ -24,10 +20,9 @@ namespace ttsdf {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int kBuildForm = 1;  // rises when maps of the same cell come out differently
 
 struct AtlasBuildArguments {
-  std::string folder;
+  std::string folder, scheduler, commands, worker;
   BuildArguments source;
   double size = 8.0, overlap = 1.0, min_surface = 1.0;
   int workers = 1;
@@ -37,16 +32,27 @@ void declareAtlasBuild(CommandLine& line, AtlasBuildArguments& a) {
   BuildArguments& s = a.source;
   line.positional("FOLDER", a.folder)
       .value("frames", "DIR", s.frames, "Folder of depth frames with poses, as ttsdf_build takes it.")
+      .value("mesh", "FILE", s.mesh, "Triangles: .ply, .obj, .off, .stl; closed, or with faces that agree.")
       .value("vdb", "FILE", s.vdb, "Level set or truncated signed distance grid (OpenVDB).")
       .value("cloud", "FILE", s.cloud, "Points of surfaces: .pcd, .ply, .xyz, .csv or .bin.")
       .value("octomap", "FILE", s.octomap, "Octree of octomap: .bt or .ot.")
       .value("size", "METRES", a.size, "Largest side of what a map answers for.")
       .value("overlap", "METRES", a.overlap, "What neighbours share.")
       .value("min-surface", "M2", a.min_surface, "Cells with less surface get no map.")
-      .value("workers", "N", a.workers, "Maps made at the same time; the result does not depend on it.")
+      .value("workers", "N", a.workers,
+             "Processes that make maps at the same time; the result does not depend on it.")
+      .value("scheduler", "ADDRESS", a.scheduler,
+             "Makes the maps through a Dask cluster whose workers see the folder under the same name, "
+             "e.g. tcp://host:8786.")
+      .value(
+          "commands", "FILE", a.commands,
+          "Makes no map but writes the commands that do, one a line, or as rules of make (Makefile, *.mk); "
+          "afterwards: ttsdf_atlas finish FOLDER.")
+      .value("worker", "COMMAND", a.worker,
+             "Begins the command of every task, e.g. 'srun -c 2 ttsdf_atlas'; this program by default.")
       .value("every", "N", s.every, "Takes the frames whose index % N is the offset.")
       .value("offset", "M", s.offset, "See --every.")
-      .value("scale", "S", s.scale, "Metres per unit of the cloud, .vdb file or octree.")
+      .value("scale", "S", s.scale, "Metres per unit of the mesh, cloud, .vdb file or octree.")
       .flag("trust-frames", s.trust_frames, "Builds even if the frames contradict one another.")
       .options("fusion", fusionOptionTable(), s.fusion)
       .options("build", buildOptionTable(), s.build);
@@ -54,10 +60,11 @@ void declareAtlasBuild(CommandLine& line, AtlasBuildArguments& a) {
 
 void checkAtlasBuild(const AtlasBuildArguments& a) {
   const BuildArguments& s = a.source;
-  const int sources = !s.frames.empty() + !s.vdb.empty() + !s.cloud.empty() + !s.octomap.empty();
+  const int sources =
+      !s.frames.empty() + !s.mesh.empty() + !s.vdb.empty() + !s.cloud.empty() + !s.octomap.empty();
   if (sources != 1) {
     throw UsageError("got " + std::to_string(sources) +
-                     " sources, wanted one of --frames, --cloud, --vdb, --octomap");
+                     " sources, wanted one of --frames, --mesh, --cloud, --vdb, --octomap");
   }
   if (s.every < 1 || s.offset < 0 || s.offset >= s.every) throw UsageError("wanted 0 <= --offset < --every");
   if (!(a.size > 0.0)) throw UsageError("--size: wanted a number above 0");
@@ -65,6 +72,8 @@ void checkAtlasBuild(const AtlasBuildArguments& a) {
     throw UsageError("--overlap: wanted 0 to less than --size");
   if (!(a.min_surface >= 0.0)) throw UsageError("--min-surface: wanted 0 or more");
   if (a.workers < 1 || a.workers > 256) throw UsageError("--workers: wanted 1 to 256");
+  if (!a.scheduler.empty() && !a.commands.empty())
+    throw UsageError("got --scheduler and --commands, wanted one");
   if (!(s.scale > 0.0)) throw UsageError("--scale: wanted a number above 0");
   try {
     validate(s.build);
@@ -73,126 +82,133 @@ void checkAtlasBuild(const AtlasBuildArguments& a) {
   }
 }
 
-/// Area of the observed surface [m2].
-double areaOf(const SurfaceMesh& mesh) {
-  double area = 0.0;
-  for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
-    const Eigen::Vector3f a = mesh.vertices.col(mesh.triangles(0, n)),
-                          b = mesh.vertices.col(mesh.triangles(1, n)),
-                          c = mesh.vertices.col(mesh.triangles(2, n));
-    area += 0.5 * static_cast<double>((b - a).cross(c - a).norm());
-  }
-  return area;
+/// Commands may be run in another directory.
+std::string absoluteFolder(const std::string& folder) {
+  return fs::absolute(folder).lexically_normal().string();
 }
 
-std::uint64_t sumOf(std::uint64_t sum, const std::string& text) {
-  for (const char byte : text) sum = (sum ^ static_cast<unsigned char>(byte)) * 1099511628211ULL;
-  return sum;
+std::string workerOf(const AtlasBuildArguments& a) {
+  return a.worker.empty() ? shellWord(fs::read_symlink("/proc/self/exe").string()) : a.worker;
 }
 
-/// What all maps are made with, beside their cells.
-std::string settingsOf(const AtlasBuildArguments& a, const FrameAgreement& agreement) {
-  std::ostringstream text;
-  text.precision(17);
-  text << kBuildForm << ' ' << a.min_surface;
-  for (const auto& row : buildOptionTable().rows()) {
-    if (row.name != "threads") text << ' ' << row.name << '=' << toString(row.get(a.source.build));
-  }
-  for (const double figure :
-       {agreement.position_median, agreement.position_90, agreement.rotation_median, agreement.rotation_90,
-        agreement.widening, agreement.shift, agreement.turn_sensor, agreement.turn_scene})
-    text << ' ' << figure;
-  text << ' ' << agreement.compared << ' ' << agreement.contradicting << ' ' << agreement.without_overlap;
-  return text.str();
-}
-
-/// Makes the maps of all cells with several threads. A map is a function of its cell alone, so one that a
-/// build before has made of the same cell is taken as it is.
+/// Cuts a volume into tasks and sees that each is done.
 class CellBuilder {
  public:
-  CellBuilder(const AtlasBuildArguments& arguments, const TsdfVolume& volume, const FrameAgreement& agreement,
-              std::vector<VolumeCell> cells, Progress& progress)
+  CellBuilder(const AtlasBuildArguments& arguments, const TsdfVolume& volume, TaskSettings settings,
+              Progress& progress)
       : a_(arguments),
         volume_(volume),
-        agreement_(agreement),
-        settings_(settingsOf(arguments, agreement)),
-        finished_(arguments.folder),
-        cells_(std::move(cells)),
-        made_(cells_.size()),
-        progress_(progress) {}
-
-  std::vector<AtlasMap> run() {
-    std::vector<std::thread> threads;
-    for (int n = 0; n < a_.workers; ++n) threads.emplace_back([this] { work(); });
-    for (std::thread& thread : threads) thread.join();
-    if (error_) std::rethrow_exception(error_);
-    std::vector<AtlasMap> maps;
-    for (const auto& map : made_) {
-      if (map) maps.push_back(*map);
-    }
-    return maps;
+        settings_(std::move(settings)),
+        decisive_(settings_.decisive()),
+        tasks_(arguments.folder),
+        progress_(progress),
+        cells_(cellsOf(surfaceBounds(volume), arguments.size, arguments.overlap)) {
+    for (const VolumeCell& cell : cells_) settings_.cells.push_back(cell.name);
+    tasks_.writeSettings(settings_);
   }
-  /// Maps that were there already.
+
+  /// Makes all maps that are not there yet.
+  void run() {
+    const TaskDone done = [this](const WorkerTask& task) {
+      tasks_.dropPart(task.name);
+      show();
+    };
+    if (a_.scheduler.empty()) {
+      runInProcesses(
+          a_.workers, [this] { return next(); }, done);
+    } else {
+      runThroughDask(a_.scheduler, all(), tasks_.fileNamed("tasks.json"), done);
+    }
+  }
+  void write() {
+    const std::vector<WorkerTask> tasks = all();
+    writeCommands(tasks, workerOf(a_) + " finish " + shellWord(absoluteFolder(a_.folder)), a_.commands);
+    std::printf("%zu commands in %s; when they are done: ttsdf_atlas finish %s\n", tasks.size(),
+                a_.commands.c_str(), a_.folder.c_str());
+  }
+  /// Maps that a build before this one made.
   int taken() const { return taken_; }
-  /// The atlas is written: nothing is left to go on with.
-  void forgetFinished() { finished_.remove(); }
 
  private:
-  void work() {
-    for (std::size_t n = next_++; n < cells_.size(); n = next_++) {
-      try {
-        build(n);
-      } catch (...) {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        if (!error_) error_ = std::current_exception();
-        next_ = cells_.size();
+  /// The next cell whose map is not there yet, its files written.
+  std::optional<WorkerTask> next() {
+    while (next_ < cells_.size()) {
+      const VolumeCell& cell = cells_[next_++];
+      const TsdfVolume part = partOf(volume_, cell.box);
+      const std::string key = TaskFolder::keyOf(part, decisive_);
+      const auto before = tasks_.made(cell.name, key);
+      if (before && !before->map_id.empty()) ++taken_;
+      if (before) {
+        show();
+        continue;
       }
-      const std::lock_guard<std::mutex> lock(mutex_);
-      progress_.update("building maps", static_cast<double>(++done_) / static_cast<double>(cells_.size()));
+      tasks_.writeTask(cell.name, key, part);
+      return WorkerTask{cell.name,
+                        workerOf(a_) + " cell " + shellWord(absoluteFolder(a_.folder)) + ' ' + cell.name,
+                        tasks_.logOf(cell.name)};
     }
+    return std::nullopt;
   }
-
-  void build(std::size_t n) {
-    const VolumeCell& cell = cells_[n];
-    const TsdfVolume part = partOf(volume_, cell.box);
-    if (part.empty()) return;
-    const std::uint64_t key = sumOf(contentSum(part), settings_);
-    AtlasMap before = finished_.find(cell.name, key);
-    if (!before.map_id.empty()) {
-      made_[n] = std::move(before);
-      ++taken_;
-      return;
-    }
-    if (areaOf(extractSurface(part)) < a_.min_surface) return;
-    const BuiltMap built = buildMap(part, a_.source.build, {}, agreement_);
-    AtlasMap entry = describeMap(cell.name, cell.name + ".ttsdf", built.bytes);
-    writeFileAtomically(mapPath(a_.folder, entry), built.bytes, kMapFile);
-    finished_.add(cell.name, key, entry.map_id);
-    made_[n] = std::move(entry);
+  std::vector<WorkerTask> all() {
+    std::vector<WorkerTask> tasks;
+    while (auto task = next()) tasks.push_back(std::move(*task));
+    return tasks;
+  }
+  void show() {
+    progress_.update("building maps", static_cast<double>(++done_) / static_cast<double>(cells_.size()));
   }
 
   const AtlasBuildArguments& a_;
   const TsdfVolume& volume_;
-  const FrameAgreement& agreement_;
-  const std::string settings_;
-  FinishedCells finished_;
-  const std::vector<VolumeCell> cells_;
-  std::vector<std::optional<AtlasMap>> made_;
+  TaskSettings settings_;
+  const std::string decisive_;
+  const TaskFolder tasks_;
   Progress& progress_;
-  std::atomic<std::size_t> next_{0};
-  std::mutex mutex_;
-  std::size_t done_ = 0;
-  std::atomic<int> taken_{0};
-  std::exception_ptr error_;
+  const std::vector<VolumeCell> cells_;
+  std::size_t next_ = 0, done_ = 0;
+  int taken_ = 0;
 };
+
+/// Writes the atlas of the maps that the tasks made, and its index.
+void finish(const std::string& folder, int taken, Progress& progress) {
+  const TaskFolder tasks(folder);
+  const TaskSettings settings = tasks.readSettings();
+  Atlas atlas;
+  std::size_t bytes = 0, missing = 0;
+  std::string names;
+  for (const std::string& cell : settings.cells) {
+    const auto map = tasks.made(cell, tasks.keyOf(cell));
+    if (!map) {
+      if (missing++ < 5) names += (names.empty() ? "" : ", ") + cell;
+    } else if (!map->map_id.empty()) {
+      atlas.maps.push_back(*map);
+      bytes += map->bytes;
+    }
+  }
+  if (missing > 0) {
+    throw std::runtime_error("'" + folder + "': got no result of " + std::to_string(missing) + " of " +
+                             std::to_string(settings.cells.size()) + " cells (" + names +
+                             "), wanted them all (run their commands, or build again)");
+  }
+  if (atlas.maps.empty()) {
+    throw std::runtime_error("got no cell with " + std::to_string(settings.min_surface) +
+                             " m2 of surface (--min-surface)");
+  }
+  writeAtlas(atlas, folder);
+  tasks.remove();
+  std::printf("%zu maps, %zu bytes\n", atlas.maps.size(), bytes);
+  if (taken > 0) std::printf("%d of them made by a build before this one\n", taken);
+  updatePlaceIndex(folder, progress);
+}
 
 }  // namespace
 
 int runAtlasBuild(int argc, char** argv) {
   AtlasBuildArguments a;
-  CommandLine line("ttsdf_atlas build",
-                   "FOLDER (--frames DIR | --cloud FILE | --vdb FILE | --octomap FILE) [options]",
-                   "Cuts a source into cells that overlap and builds a map of each.");
+  CommandLine line(
+      "ttsdf_atlas build",
+      "FOLDER (--frames DIR | --mesh FILE | --cloud FILE | --vdb FILE | --octomap FILE) [options]",
+      "Cuts a source into cells that overlap and builds a map of each.");
   declareAtlasBuild(line, a);
   if (!line.parse(argc, argv, std::cout)) return 0;
   checkAtlasBuild(a);
@@ -201,25 +217,41 @@ int runAtlasBuild(int argc, char** argv) {
     throw std::runtime_error("'" + a.folder + "': got a folder with an atlas, wanted a new one");
   }
   requireWritable((fs::path(a.folder) / kAtlasFile).string());  // before the work, not after it
+  if (!a.commands.empty()) requireWritable(a.commands);
   Progress progress("ttsdf_atlas");
   BuildSource source;
-  const TsdfVolume volume = volumeFromSource(a.source, progress, source);
+  const TsdfVolume volume = a.source.mesh.empty() ? volumeFromSource(a.source, progress, source)
+                                                  : volumeFromMesh(a.source, progress);
   if (volume.empty()) throw std::runtime_error("got no surface, wanted frames that show one");
-  CellBuilder builder(a, volume, source.agreement, cellsOf(surfaceBounds(volume), a.size, a.overlap),
+  CellBuilder builder(a, volume, {volume.options(), a.source.build, source.agreement, a.min_surface, {}},
                       progress);
-  Atlas atlas;
-  atlas.maps = builder.run();
-  std::size_t bytes = 0;
-  for (const AtlasMap& map : atlas.maps) bytes += map.bytes;
-  if (atlas.maps.empty()) {
-    throw std::runtime_error("got no cell with " + std::to_string(a.min_surface) +
-                             " m2 of surface (--min-surface)");
+  if (!a.commands.empty()) {
+    builder.write();
+    return 0;
   }
-  writeAtlas(atlas, a.folder);
-  builder.forgetFinished();
-  std::printf("%zu maps, %zu bytes\n", atlas.maps.size(), bytes);
-  if (builder.taken() > 0) std::printf("%d of them made by a build before this one\n", builder.taken());
-  updatePlaceIndex(a.folder, progress);
+  builder.run();
+  finish(a.folder, builder.taken(), progress);
+  return 0;
+}
+
+int runAtlasCell(int argc, char** argv) {
+  std::string folder, cell;
+  CommandLine line("ttsdf_atlas cell", "FOLDER CELL",
+                   "Makes the map of one cell of a build that was begun: what its workers run.");
+  line.positional("FOLDER", folder).positional("CELL", cell);
+  if (!line.parse(argc, argv, std::cout)) return 0;
+  TaskFolder(folder).run(cell);
+  return 0;
+}
+
+int runAtlasFinish(int argc, char** argv) {
+  std::string folder;
+  CommandLine line("ttsdf_atlas finish", "FOLDER",
+                   "Writes atlas.yaml and the index when the commands of build --commands were run.");
+  line.positional("FOLDER", folder);
+  if (!line.parse(argc, argv, std::cout)) return 0;
+  Progress progress("ttsdf_atlas");
+  finish(folder, 0, progress);
   return 0;
 }
 

@@ -12,10 +12,14 @@ namespace ttsdf {
 class Progress;
 
 int runAtlasBuild(int argc, char** argv);
+int runAtlasCell(int argc, char** argv);
+int runAtlasFinish(int argc, char** argv);
 int runAtlasInfo(int argc, char** argv);
 int runAtlasCheck(int argc, char** argv);
 int runAtlasAdd(int argc, char** argv);
 int runAtlasRemove(int argc, char** argv);
+int runAtlasRollback(int argc, char** argv);
+int runAtlasUpdate(int argc, char** argv);
 int runAtlasMerge(int argc, char** argv);
 int runAtlasIndex(int argc, char** argv);
 int runAtlasExport(int argc, char** argv);

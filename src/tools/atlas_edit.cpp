@@ -1,4 +1,4 @@
-// add, remove, merge.
+// add, remove, merge, rollback.
 
 #include <cmath>
 #include <filesystem>
@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "atlas_commands.h"
+#include "atlas_versions.h"
 #include "ttsdf_localization/tools/command_line.h"
 
 namespace ttsdf {
@@ -57,6 +58,8 @@ void putMap(Atlas& atlas, const std::string& folder, AtlasMap entry, const std::
     *place = entry;
   }
   check(next);
+  const AtlasMap* const before = atlas.find(entry.name);
+  if (before && before->map_id != entry.map_id) keepVersion(folder, *before);
   writeFileAtomically(mapPath(folder, entry), bytes, kMapFile);
   atlas = std::move(next);
 }
@@ -120,6 +123,43 @@ int runAtlasRemove(int argc, char** argv) {
   for (const std::string& file : files) {
     if (!keep_files) fs::remove(file);
   }
+  for (const std::string& name : names) {
+    if (!keep_files) dropVersions(folder, name);
+  }
+  return 0;
+}
+
+int runAtlasRollback(int argc, char** argv) {
+  std::string folder, name;
+  int version = 0;
+  CommandLine line("ttsdf_atlas rollback", "FOLDER NAME [options]",
+                   "Makes a map what it was before. What it is now is kept, too: version numbers only rise.");
+  line.positional("FOLDER", folder)
+      .positional("NAME", name)
+      .value("version", "N", version, "The version to go back to; by default the last one before this.");
+  if (!line.parse(argc, argv, std::cout)) return 0;
+  Atlas atlas = readAtlas(folder);
+  const AtlasMap* const now = atlas.find(name);
+  if (!now) throw std::runtime_error("'" + folder + "': got no map '" + name + "' (info lists them)");
+  const std::vector<int> kept = keptVersions(folder, name);
+  if (version == 0 && kept.empty())
+    throw std::runtime_error("map '" + name + "': got version " + std::to_string(now->version) +
+                             ", wanted one with an older version that is kept");
+  const AtlasMap old = keptVersion(folder, name, version == 0 ? kept.back() : version);
+  const std::vector<std::uint8_t> bytes = readFile(mapPath(folder, old));
+  AtlasMap entry = describeMap(name, now->file, bytes);
+  if (entry.map_id != old.map_id) {
+    throw std::runtime_error("'" + old.file + "': got id " + entry.map_id + ", wanted " + old.map_id);
+  }
+  if (entry.map_id == now->map_id) {
+    throw std::runtime_error("map '" + name + "': version " + std::to_string(old.version) +
+                             " is what it is now, wanted another one (--version)");
+  }
+  entry.T_atlas_map = old.T_atlas_map;
+  putMap(atlas, folder, entry, bytes);
+  writeAtlas(atlas, folder);
+  std::cout << "map '" << name << "': version " << atlas.find(name)->version << " is version " << old.version
+            << " again, id " << entry.map_id << " (index makes places.bin anew)\n";
   return 0;
 }
 

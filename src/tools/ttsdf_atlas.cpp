@@ -15,12 +15,16 @@ struct Command {
   int (*run)(int, char**);
 };
 
-constexpr std::array<Command, 8> kCommands = {{
-    {"build", "cut frames, a cloud, a volume or an octree into maps", ttsdf::runAtlasBuild},
+constexpr std::array<Command, 12> kCommands = {{
+    {"build", "cut frames, a mesh, a cloud, a volume or an octree into maps", ttsdf::runAtlasBuild},
+    {"cell", "make the map of one cell of a build that was begun", ttsdf::runAtlasCell},
+    {"finish", "write the atlas when the commands of a build were run", ttsdf::runAtlasFinish},
     {"info", "list the maps and their neighbours", ttsdf::runAtlasInfo},
     {"check", "compare the map files with atlas.yaml", ttsdf::runAtlasCheck},
     {"add", "put a map file into the atlas, or its next version", ttsdf::runAtlasAdd},
     {"remove", "take maps out of the atlas", ttsdf::runAtlasRemove},
+    {"update", "bring the maps that new frames see up to date", ttsdf::runAtlasUpdate},
+    {"rollback", "make a map what it was before", ttsdf::runAtlasRollback},
     {"merge", "put all maps of another atlas into this one", ttsdf::runAtlasMerge},
     {"index", "look around in the maps, so that robots find the one they are in", ttsdf::runAtlasIndex},
     {"export", "write the surface of all maps as one mesh", ttsdf::runAtlasExport},
@@ -44,8 +48,7 @@ int run(int argc, char** argv) {
   for (const Command& command : kCommands) {
     if (name == command.name) return command.run(argc - 1, argv + 1);
   }
-  throw ttsdf::UsageError("got command '" + name +
-                          "', wanted build, info, check, add, remove, merge, index or export (--help)");
+  throw ttsdf::UsageError("got command '" + name + "', wanted one of those that --help lists");
 }
 
 }  // namespace

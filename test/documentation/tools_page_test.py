@@ -28,7 +28,7 @@ SECTIONS = (
       "simulated_camera_node", "demo_node")),
     ("Scripts", "In `scripts/`.",
      ("demo", "test", "setup", "build", "fresh", "platforms", "package", "robot_root", "cross_arm64",
-      "frames_from", "frames_to_bag", "frames_to_batch", "evaluate_trajectory",
+      "atlas_dask", "atlas_scale", "frames_from", "frames_to_bag", "frames_to_batch", "evaluate_trajectory",
       "evaluate", "results", "reliability", "memory_table", "plot_map", "benchmark", "screenshot", "fuzz", "update_pages")),
 )
 

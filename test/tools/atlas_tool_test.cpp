@@ -1,10 +1,7 @@
-// ttsdf_atlas: an atlas of a simulated room, made, looked at and changed.
-#include <gtest/gtest.h>
+// ttsdf_atlas: an atlas of a simulated room, looked at and changed.
 #include <json/value.h>
 
-#include "frames_fixture.h"
-#include "tool_process.h"
-#include "ttsdf_localization/atlas/atlas.h"
+#include "atlas_fixture.h"
 #include "ttsdf_localization/atlas/place_index_file.h"
 #include "ttsdf_localization/tools/json_file.h"
 
@@ -12,109 +9,6 @@ namespace ttsdf {
 namespace {
 
 namespace fs = std::filesystem;
-
-class AtlasTool : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = new TestFolder;
-    writeFrames(*folder_ / "frames", 24);
-    first_ = build("atlas");
-  }
-  static void TearDownTestSuite() {
-    delete folder_;
-    folder_ = nullptr;
-  }
-  static ToolRun build(const std::string& name, std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments{"build",
-                                       *folder_ / name,
-                                       "--frames",
-                                       *folder_ / "frames",
-                                       "--every",
-                                       "2",
-                                       "--voxel-size",
-                                       "0.05",
-                                       "--truncation",
-                                       "0.15",
-                                       "--max-depth",
-                                       "5",
-                                       "--max-rank",
-                                       "20",
-                                       "--refine-iterations",
-                                       "4",
-                                       "--size",
-                                       "2.5",
-                                       "--overlap",
-                                       "0.8"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return runProcess("ttsdf_atlas", arguments);
-  }
-  static ToolRun run(const std::vector<std::string>& arguments) {
-    return runProcess("ttsdf_atlas", arguments);
-  }
-  /// A copy of the atlas to change.
-  static std::string copy(const std::string& name) {
-    fs::copy(*folder_ / "atlas", *folder_ / name);
-    return *folder_ / name;
-  }
-  static TestFolder* folder_;
-  static ToolRun first_;
-};
-TestFolder* AtlasTool::folder_ = nullptr;
-ToolRun AtlasTool::first_;
-
-TEST_F(AtlasTool, BuildCutsTheFramesIntoMapsThatOverlap) {
-  ASSERT_EQ(first_.exit_code, 0) << first_.err;
-  const Atlas atlas = readAtlas(*folder_ / "atlas");
-  EXPECT_GT(atlas.maps.size(), 1u);
-  for (const auto& list : atlas.neighbours(0.5)) EXPECT_FALSE(list.empty());
-  const ToolRun check = run({"check", *folder_ / "atlas"});
-  EXPECT_EQ(check.exit_code, 0) << check.out << check.err;
-}
-
-TEST_F(AtlasTool, WorkersDoNotChangeTheResult) {
-  ASSERT_EQ(build("again", {"--workers", "2"}).exit_code, 0);
-  for (const char* file : {"/atlas.yaml", "/places.bin"})
-    EXPECT_EQ(fileText(*folder_ / "again" + file), fileText(*folder_ / "atlas" + file));
-}
-
-// A folder in the place of the last map stops the build when the others are made.
-TEST_F(AtlasTool, ABuildThatWasStoppedGoesOn) {
-  const Atlas whole = readAtlas(*folder_ / "atlas");
-  ASSERT_GE(whole.maps.size(), 3u);
-  const std::string folder = *folder_ / "stopped", state = folder + "/unfinished_build.txt",
-                    last = folder + "/" + whole.maps.back().file;
-  fs::create_directories(last);
-  const ToolRun stopped = build("stopped");
-  ASSERT_EQ(stopped.exit_code, 1);
-  EXPECT_NE(stopped.err.find(whole.maps.back().file), std::string::npos) << stopped.err;
-  ASSERT_TRUE(fs::exists(state));
-  EXPECT_FALSE(fs::exists(folder + "/atlas.yaml"));
-  fs::remove(last);
-  // One file was damaged since, and a line has no end.
-  fs::resize_file(folder + "/" + whole.maps[0].file, 100);
-  std::ofstream(state, std::ios::app) << "\n" << whole.maps[1].name << " 12";
-
-  const ToolRun again = build("stopped");
-  ASSERT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_NE(again.out.find(std::to_string(whole.maps.size() - 2) + " of them made by a build before"),
-            std::string::npos)
-      << again.out;
-  for (const AtlasMap& map : whole.maps)
-    EXPECT_EQ(fileText(folder + "/" + map.file), fileText(*folder_ / "atlas" + "/" + map.file)) << map.name;
-  EXPECT_EQ(fileText(folder + "/atlas.yaml"), fileText(*folder_ / "atlas/atlas.yaml"));
-  EXPECT_FALSE(fs::exists(state));
-}
-
-TEST_F(AtlasTool, OtherOptionsTakeNothingFromABuildThatWasStopped) {
-  const Atlas whole = readAtlas(*folder_ / "atlas");
-  const std::string folder = *folder_ / "other", last = folder + "/" + whole.maps.back().file;
-  fs::create_directories(last);
-  ASSERT_EQ(build("other").exit_code, 1);
-  fs::remove(last);
-  const ToolRun again = build("other", {"--min-surface", "0.5"});
-  ASSERT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_EQ(again.out.find("made by a build before"), std::string::npos) << again.out;
-}
 
 TEST_F(AtlasTool, InfoListsMaps) {
   const ToolRun info = run({"info", *folder_ / "atlas", "--json"});
@@ -195,7 +89,8 @@ TEST_F(AtlasTool, SaysWhatIsWrong) {
   EXPECT_EQ(run({}).exit_code, 2);
   EXPECT_EQ(run({"fly"}).exit_code, 2);
   EXPECT_EQ(run({"--help"}).exit_code, 0);
-  for (const char* command : {"build", "info", "check", "add", "remove", "merge", "index", "export"}) {
+  for (const char* command : {"build", "cell", "finish", "info", "check", "add", "remove", "update",
+                              "rollback", "merge", "index", "export"}) {
     const ToolRun help = run({command, "--help"});
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_NE(help.out.find(std::string("usage: ttsdf_atlas ") + command), std::string::npos);

@@ -14,22 +14,23 @@
 
 namespace ttsdf {
 
-/// `count` frames of a camera that turns about itself in the middle of the simulated room.
-inline void writeFrames(const std::string& folder, int count) {
+/// `count` frames of a camera that turns about itself in the middle of a room, from one heading to another
+/// [rad].
+inline void writeFramesOf(const AnalyticScene& scene, const std::string& folder, int count, double from,
+                          double to) {
   std::filesystem::create_directories(folder);
   DepthCameraOptions options;
   options.width = 160;
   options.height = 120;
   options.fx = options.fy = 70.0;  // wide: every view holds walls, floor and a corner
   const DepthCamera camera(options);
-  const AnalyticScene scene = makeRoom();
   const auto& K = camera.intrinsics();
   std::ofstream(folder + "/camera-intrinsics.txt")
       << K.fx << " 0 " << K.cx << "\n0 " << K.fy << ' ' << K.cy << "\n0 0 1\n";
   Eigen::Matrix3d R_body_optical;  // z forward, x right, y down -> x forward, y left, z up
   R_body_optical << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   for (int n = 0; n < count; ++n) {
-    const double yaw = 2.0 * 3.14159265358979 * n / count;
+    const double yaw = from + (to - from) * n / count;
     Eigen::Isometry3d T_map_camera = Eigen::Isometry3d::Identity();
     T_map_camera.translation() << 2.0 + 0.2 * std::cos(yaw), 1.5, 1.3;
     T_map_camera.linear() =
@@ -45,6 +46,11 @@ inline void writeFrames(const std::string& folder, int count) {
     pcl::io::saveShortPNGFile(folder + name + ".depth.png", millimetres.data(), image.width, image.height, 1);
     writePose(folder + name + ".pose.txt", T_map_camera);
   }
+}
+
+/// All round the simulated room.
+inline void writeFrames(const std::string& folder, int count) {
+  writeFramesOf(makeRoom(), folder, count, 0.0, 2.0 * 3.14159265358979);
 }
 
 }  // namespace ttsdf

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "ttsdf_localization/atlas/oriented_box.h"
 #include "ttsdf_localization/field/distance_field.h"
 
 namespace ttsdf {
@@ -24,10 +25,17 @@ struct PlacedField {
 ///
 /// The geometry is the box of all maps along the axes of the atlas, with the smallest voxel of the maps. What
 /// is known about the maps' errors is that of the worst of them.
+///
+/// `absent`: boxes of maps that there are, but not here. A point in one of them that no map here knows is
+/// answered as being kAbsentDistance from any surface, without a gradient: it pulls at no pose, and no pose
+/// explains it. Were it unknown, a pose would be verified on the strength of the half of a scan that lies in
+/// the maps at hand.
 class AtlasField final : public DistanceField {
  public:
+  static constexpr float kAbsentDistance = 1.0F;  ///< [m]
+
   /// Throws std::invalid_argument: no maps, a null field, a pose that is no rigid motion.
-  explicit AtlasField(std::vector<PlacedField> maps);
+  explicit AtlasField(std::vector<PlacedField> maps, const std::vector<OrientedBox>& absent = {});
   ~AtlasField() override;
 
   const GridGeometry& geometry() const override;

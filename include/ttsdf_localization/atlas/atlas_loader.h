@@ -23,11 +23,11 @@ namespace ttsdf {
 struct AtlasLoaderOptions {
   double memory_megabytes = 60.0;  ///< of all maps, far fields included
   double map_megabytes = 4.0;      ///< of one (TtFieldOptions::memory_megabytes)
-  double radius = 6.0;             ///< maps at most this far from the pose are wanted [m]
-  double prediction = 3.0;         ///< the robot is expected to keep its velocity for so long [s]
-  double retry_seconds = 30.0;     ///< a map that could not be read is tried again after [s]
-  bool long_range = true;          ///< make far fields
-  MapLimits limits;                ///< of one map file
+  double radius = 6.0;      ///< maps at most this far from the pose are wanted: as far as the sensor sees [m]
+  double prediction = 3.0;  ///< the robot is expected to keep its velocity for so long [s]
+  double retry_seconds = 30.0;  ///< a map that could not be read is tried again after [s]
+  bool long_range = true;       ///< make far fields
+  MapLimits limits;             ///< of one map file
 };
 /// Throws std::invalid_argument for what is not positive.
 void check(const AtlasLoaderOptions& options);

@@ -17,7 +17,7 @@ struct AtlasSearchOptions {
   double same_place = 0.5;  ///< poses of two maps this near to each other are one answer [m]
   /// Maps that differ more from the scan (index) need not be searched. Where max_maps ends before that, or a
   /// map cannot be used, nothing is accepted (kUnsure): a map that fits may not be the only one.
-  double excluded_difference = 0.55;
+  double excluded_difference = 0.35;
   /// A worse best score + blocked_ratio is refused (kLowScore). Stricter than in one map: of many maps some
   /// wrong place fits half the scan.
   double max_score = 0.25;

@@ -2,8 +2,9 @@
 // What places of many maps look like, in a few bytes each: tells in which maps a scan without a prior is
 // worth searching.
 //
-// A place is a point in free space and the ranges to the surfaces around it: 48 azimuths at three elevations.
-// A scan whose down direction is known is compared with every place at every turn about the vertical.
+// A place is a point in free space and the ranges to the surfaces around it: 48 azimuths at six elevations.
+// A scan whose down direction is known is compared with every place at every turn about the vertical, as it
+// would look from points around the sensor: places lie a metre apart, and ranges change within a metre.
 
 #include <array>
 #include <cstdint>
@@ -14,7 +15,7 @@
 
 namespace ttsdf {
 
-constexpr int kPlaceAzimuths = 48, kPlaceElevations = 3;
+constexpr int kPlaceAzimuths = 48, kPlaceElevations = 6;
 constexpr std::uint8_t kNoRange = 255;  ///< nothing known in this direction
 
 /// Ranges in steps of kPlaceRangeStep; row by row of azimuths.
@@ -62,8 +63,10 @@ class PlaceIndex {
 };
 
 /// Ranges of a scan in a level frame, kNoRange where it has no points. Mean range of the points near each
-/// direction.
-PlaceRanges rangesOfScan(const Eigen::Matrix3Xf& points_sensor, const Eigen::Vector3d& down_sensor);
+/// direction. `from`: seen from this point of the level frame, whose origin is the sensor [m]; `yaw`: with
+/// azimuths that begin there [rad].
+PlaceRanges rangesOfScan(const Eigen::Matrix3Xf& points_sensor, const Eigen::Vector3d& down_sensor,
+                         const Eigen::Vector3d& from = Eigen::Vector3d::Zero(), double yaw = 0.0);
 /// Mean difference over the directions that the scan has, at the best turn; 1 if it has too few.
 double placeDifference(const PlaceRanges& scan, const PlaceRanges& place);
 

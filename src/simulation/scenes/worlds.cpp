@@ -1,8 +1,10 @@
 #include "ttsdf_localization/simulation/worlds.h"
 
 #include <stdexcept>
+#include <utility>
 
 #include "tours.h"
+#include "ttsdf_localization/simulation/hotel.h"
 #include "ttsdf_localization/simulation/scene_builder.h"
 
 namespace ttsdf {
@@ -63,6 +65,10 @@ AnalyticScene makeFloor() {
 World makeWorld(const std::string& name) {
   if (name == "apartment") return {name, makeApartment(), apartmentTour(), true};
   if (name == "building") return {name, makeBuilding(), buildingTour(), false};
+  if (name == "hotel") {
+    Hotel hotel = makeHotel();
+    return {name, std::move(hotel.scene), std::move(hotel.tours.front()), false};
+  }
   if (name == "room") return {name, makeRoom(), roomTour(), true};
   if (name == "corridor") {
     return {name,
@@ -86,7 +92,7 @@ World makeWorld(const std::string& name) {
 }
 
 const std::vector<std::string>& worldNames() {
-  static const std::vector<std::string> kNames = {"apartment", "building",    "room",
+  static const std::vector<std::string> kNames = {"apartment", "building",    "hotel", "room",
                                                   "corridor",  "single_wall", "floor"};
   return kNames;
 }

@@ -1,0 +1,323 @@
+// A hotel of many rooms on several storeys as an atlas: its volume, a drive through all of it, and which map
+// a scan without a prior was taken in. scripts/atlas_scale runs all of it.
+//
+// usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL
+//        atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS]
+//        atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <memory>
+
+#include "ttsdf_localization/atlas/atlas_loader.h"
+#include "ttsdf_localization/atlas/atlas_locator.h"
+#include "ttsdf_localization/localization/localizer.h"
+#include "ttsdf_localization/signed_field/ideal_volume.h"
+#include "ttsdf_localization/simulation/depth_camera.h"
+#include "ttsdf_localization/simulation/drifting_odometry.h"
+#include "ttsdf_localization/simulation/hotel.h"
+#include "ttsdf_localization/simulation/scene_sampling.h"
+#include "ttsdf_localization/simulation/simulated_rig.h"
+
+namespace {
+
+using namespace ttsdf;  // NOLINT(google-build-using-namespace): a program of one file
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+double threadSeconds() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// Resident memory [MB].
+double resident() {
+  std::ifstream file("/proc/self/statm");
+  double total = 0.0, pages = 0.0;
+  file >> total >> pages;
+  return pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1048576.0;
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return NAN;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+Hotel hotelOf(int storeys, int rooms_per_side) {
+  HotelOptions options;
+  options.storeys = storeys, options.rooms_per_side = rooms_per_side;
+  return makeHotel(options);
+}
+
+/// The inside of the building: its outer walls are seen from within only.
+void writeVolume(const Hotel& hotel, double voxel, const std::string& path) {
+  FusionOptions options;
+  options.voxel_size = voxel;
+  options.truncation = 3.0 * voxel;
+  Eigen::AlignedBox3d box;
+  for (const HotelRoom& room : hotel.rooms) box.extend(room.inside);
+  const double margin = std::min(0.15, options.truncation);
+  const GridGeometry grid = gridOver(box, voxel, margin);
+  // The lattice of a volume begins at the origin.
+  const Eigen::Array3i begin = (grid.T_map_grid.translation() / voxel).array().round().cast<int>();
+  GridGeometry lattice = grid;
+  lattice.T_map_grid.translation() = voxel * begin.cast<double>().matrix();
+  const DistanceSampler sampler = [&](const Eigen::Array3i& from, const Dims& size, float* out) {
+    sampleDistances(hotel.scene, lattice, from - begin, size, out);
+  };
+  idealVolume(sampler, begin, grid.dims, options).saveVdb(path);
+  const Eigen::Vector3d size = box.sizes();
+  double area = 0.0;
+  for (const HotelRoom& room : hotel.rooms) area += room.inside.sizes().x() * room.inside.sizes().y();
+  std::printf("%zu rooms on %zu storeys, %.1f x %.1f x %.1f m, %.0f m2 of rooms, %zu solids\n",
+              hotel.rooms.size(), hotel.tours.size(), size.x(), size.y(), size.z(), area,
+              hotel.scene.solids().size());
+}
+
+DepthCamera cameraOf(double width_degrees) {
+  DepthCameraOptions options;
+  options.width = 160, options.height = 120;
+  options.fx = options.fy = 80.0 / std::tan(0.5 * width_degrees * M_PI / 180.0);
+  options.noise = depthNoise("kinect");
+  options.max_range = 5.0;
+  return DepthCamera(options);
+}
+
+ScanPoints scanOf(const DepthCamera& camera, const Hotel& hotel, const Eigen::Isometry3d& T_map_camera,
+                  std::uint64_t frame) {
+  return toPoints(camera.render(hotel.scene, T_map_camera, frame), camera.intrinsics(), 2, 0.2, 5.0);
+}
+
+/// Storey by storey through all rooms. Between two storeys the robot takes a lift: it is told where it gets
+/// out, to 5 cm.
+void drive(const std::string& folder, const Hotel& hotel, double rate, double megabytes, int most_rooms) {
+  const DepthCamera camera = cameraOf(60.0);
+  const Eigen::Isometry3d mount = opticalMount({});
+  AtlasLoaderOptions options;
+  options.memory_megabytes = megabytes;
+  options.map_megabytes = 4.0;
+  AtlasLoader loader(folder, readAtlas(folder), options);
+  LocalizerOptions localizer_options;
+  localizer_options.recovery.allow_global = false;
+  Localizer localizer(localizer_options);
+  DriftingOdometry odometry;
+  std::shared_ptr<const AtlasField> field;
+  std::vector<double> errors, milliseconds, work, wants, residents;
+  int scans = 0, lost = 0, unposed = 0, exchanges = 0, behind = 0, over_budget = 0, wrong = 0;
+  std::size_t most_bytes = 0, storey = 0;
+  double stamp = 100.0, length = 0.0, waited = 0.0;
+  for (const auto& tour : hotel.tours) {
+    std::vector<Waypoint> way = tour;
+    if (most_rooms > 0) way.resize(std::min(way.size(), static_cast<std::size_t>(1 + 7 * most_rooms)));
+    TrajectoryOptions path;
+    const Trajectory trajectory(way, false, path);
+    length += trajectory.length();
+    const auto poses = trajectory.sample(rate);
+    odometry.skip();
+    for (std::size_t n = 0; n < poses.size(); ++n) {
+      const Eigen::Isometry3d& truth = poses[n].T_map_base;
+      stamp += 1.0 / rate;
+      const Eigen::Vector3d velocity =
+          n == 0 ? Eigen::Vector3d::Zero()
+                 : Eigen::Vector3d(rate * (truth.translation() - poses[n - 1].T_map_base.translation()));
+      auto begin = Clock::now();
+      const double before = threadSeconds();
+      loader.want(truth.translation(), velocity);
+      auto newest = loader.field();
+      wants.push_back(1e3 * (threadSeconds() - before));
+      if (n == 0) {
+        loader.waitUntilSettled(60.0);
+        newest = loader.field();
+        PoseGuess guess;
+        guess.T_map_base = truth;
+        guess.T_map_base.translation() += Eigen::Vector3d(0.04, -0.03, 0.0);
+        guess.covariance = 2.5e-3 * Matrix6d::Identity();
+        localizer.setGuess(guess);
+      }
+      if (newest != field) {
+        field = newest;
+        const double exchange = threadSeconds();
+        localizer.exchangeMap(
+            Localizer::prepareWith(field, field->farField(), localizer_options.registration));
+        waited = std::max(waited, 1e3 * (threadSeconds() - exchange));
+        ++exchanges;
+      }
+      LocalizerScan scan;
+      scan.stamp = stamp;
+      scan.T_base_sensor = mount;
+      scan.T_odom_base = odometry.update(truth);
+      scan.points = scanOf(camera, hotel, truth * mount, static_cast<std::uint64_t>(scans));
+      begin = Clock::now();
+      const double busy = threadSeconds();
+      const LocalizationUpdate update = localizer.process(scan);
+      milliseconds.push_back(1e3 * since(begin));
+      work.push_back(1e3 * (threadSeconds() - busy));
+      ++scans;
+      const AtlasLoaderStatus status = loader.status();
+      behind += status.behind ? 1 : 0;
+      over_budget += status.over_budget > 0 ? 1 : 0;
+      most_bytes = std::max(most_bytes, status.bytes);
+      residents.push_back(resident());
+      lost += localizer.state() == LocalizerState::kLost ? 1 : 0;
+      if (update.pose_valid) {
+        errors.push_back(1e3 * poseError(update.T_map_sensor, truth * mount).translation);
+        wrong += errors.back() > 100.0 ? 1 : 0;
+      } else {
+        ++unposed;
+      }
+    }
+    std::printf("storey %zu: %zu scans, resident %.1f MB\n", storey++, poses.size(), residents.back());
+    std::fflush(stdout);
+  }
+  double squares = 0.0;
+  for (const double e : errors) squares += e * e;
+  std::printf(
+      "drive: %d scans, %.1f minutes at 0.5 m/s, %.0f m; lost in %d, no pose in %d, rmse %.1f mm, median "
+      "%.1f, "
+      "99 %% %.1f, largest %.1f mm, %d further than 10 cm\n",
+      scans, scans / rate / 60.0, length, lost, unposed,
+      std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, errors.size()))),
+      quantile(errors, 0.5), quantile(errors, 0.99), quantile(errors, 1.0), wrong);
+  std::printf(
+      "scan: %.2f ms of work (median), %.2f ms (99 %%), %.2f ms by the clock (median); loader call %.3f ms "
+      "of "
+      "work at the most, new maps put into use %.2f ms at the most\n",
+      quantile(work, 0.5), quantile(work, 0.99), quantile(milliseconds, 0.5), quantile(wants, 1.0), waited);
+  std::printf(
+      "%d exchanges, behind in %d scans, over the budget in %d; maps %.1f MB at most; process %.1f MB after "
+      "a "
+      "tenth, %.1f MB at the end, %.1f MB at most\n",
+      exchanges, behind, over_budget, static_cast<double>(most_bytes) / 1048576.0,
+      residents[residents.size() / 10], residents.back(), quantile(residents, 1.0));
+}
+
+bool isTwin(const Hotel& hotel, const HotelRoom& room) {
+  int same = 0;
+  for (const HotelRoom& other : hotel.rooms) same += other.design == room.design && other.north == room.north;
+  return same > 1;
+}
+
+/// Scans in the rooms, without a prior, gravity known.
+void whichMap(const std::string& folder, const Hotel& hotel, int count, double width, int max_maps) {
+  constexpr double kRight = 50.0;  // [mm]
+  const DepthCamera camera = cameraOf(width);
+  const Eigen::Isometry3d mount = opticalMount({});
+  const Atlas atlas = readAtlas(folder);
+  AtlasLocatorOptions options;
+  options.memory_megabytes = 400.0;  // the figure is about finding, not about loading
+  options.map_megabytes = 2.0;
+  if (max_maps > 0) options.search.max_maps = max_maps;
+  AtlasLocator locator(folder, atlas, options);
+  std::map<std::string, int> single, twins;
+  std::vector<double> seconds, work, ranks, differences, left, ranking;
+  int wrong = 0;
+  for (int n = 0; n < count; ++n) {
+    const HotelRoom& room =
+        hotel.rooms[static_cast<std::size_t>(n) * hotel.rooms.size() / static_cast<std::size_t>(count)];
+    const double turn = 2.4 * n, in = room.north ? 1.0 : -1.0;
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.translation() =
+        Eigen::Vector3d(room.door.x() + 0.1 * (n % 4), room.door.y() + in * (1.0 + 0.1 * (n % 5)),
+                        room.inside.min().z() + 1.3);
+    T.linear() = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Eigen::Isometry3d truth = T * mount;
+    const ScanPoints scan = scanOf(camera, hotel, truth, static_cast<std::uint64_t>(n));
+    const Eigen::Vector3d down = truth.linear().transpose() * -Eigen::Vector3d::UnitZ();
+    auto begin = Clock::now();
+    const auto ranked = locator.index().rank(scan, down);
+    ranking.push_back(since(begin));
+    std::size_t place = 0;
+    int below = 0;
+    for (std::size_t k = 0; k < ranked.size(); ++k) {
+      below += ranked[k].difference < options.search.excluded_difference ? 1 : 0;
+      if (atlas.find(ranked[k].map)->box().depth(truth.translation()) > 0.3 && place == 0) {
+        place = k + 1;
+        differences.push_back(ranked[k].difference);
+      }
+    }
+    left.push_back(below);
+    ranks.push_back(static_cast<double>(place == 0 ? ranked.size() : place));
+    begin = Clock::now();
+    rusage before{}, after{};
+    getrusage(RUSAGE_SELF, &before);
+    const AtlasLocation found = locator.locate(scan, down);
+    getrusage(RUSAGE_SELF, &after);
+    seconds.push_back(since(begin));
+    work.push_back(static_cast<double>(after.ru_utime.tv_sec - before.ru_utime.tv_sec) +
+                   1e-6 * static_cast<double>(after.ru_utime.tv_usec - before.ru_utime.tv_usec));
+    const double error = found.candidates.empty()
+                             ? INFINITY
+                             : 1e3 * poseError(truth, found.candidates.front().T_atlas_sensor).translation;
+    const bool twin = isTwin(hotel, room);
+    std::string outcome = found.success ? (error < kRight ? "right" : "wrong") : name(found.reason);
+    if (std::getenv("ATLAS_DRIVE_SCANS")) {
+      std::printf(
+          "%d %s%s: %.0f mm off, rank %zu of %zu, difference %.2f, best %.2f, %d left, %zu candidates, %.1f "
+          "s\n",
+          n, outcome.c_str(), twin ? " (twin)" : "", error, place, ranked.size(),
+          differences.empty() ? 1.0 : differences.back(), ranked.front().difference, below,
+          found.candidates.size(), seconds.back());
+      std::fflush(stdout);
+    }
+    wrong += outcome == "wrong" ? 1 : 0;
+    ++(twin ? twins : single)[outcome];
+  }
+  std::printf("which map, camera of %.0f degrees, %d scans, %zu maps: %d accepted wrongly\n", width, count,
+              atlas.maps.size(), wrong);
+  for (const auto& [what, list] : {std::pair("rooms", single), std::pair("twins", twins)}) {
+    std::printf("  %s:", what);
+    for (const auto& [outcome, times] : list) std::printf(" %s %d", outcome.c_str(), times);
+    std::printf("\n");
+  }
+  int first = 0, among = 0;
+  for (const double rank : ranks) first += rank <= 1.0 ? 1 : 0, among += rank <= 16.0 ? 1 : 0;
+  std::printf(
+      "  index: %zu places, %zu bytes, right map first in %d, among sixteen in %d; its difference %.2f "
+      "(median), "
+      "%.2f (95 %%), %.2f (largest); %.1f maps not excluded (mean); %.3f s to rank (median)\n",
+      locator.index().placeCount(), locator.index().memoryBytes(), first, among, quantile(differences, 0.5),
+      quantile(differences, 0.95), quantile(differences, 1.0),
+      [&] {
+        double sum = 0.0;
+        for (const double one : left) sum += one;
+        return sum / count;
+      }(),
+      quantile(ranking, 0.5));
+  std::printf("  a scan: %.2f s by the clock (median), %.2f s of work (median), %.2f s of work at the most\n",
+              quantile(seconds, 0.5), quantile(work, 0.5), quantile(work, 1.0));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string what = argc > 1 ? argv[1] : "";
+  const auto number = [&](int n, double otherwise) { return argc > n ? std::atof(argv[n]) : otherwise; };
+  if ((what != "volume" && what != "drive" && what != "which") || argc < 5) {
+    std::fprintf(stderr,
+                 "usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL\n"
+                 "       atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS]\n"
+                 "       atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]\n");
+    return 2;
+  }
+  const Hotel hotel = hotelOf(std::atoi(argv[3]), std::atoi(argv[4]));
+  if (what == "volume") {
+    writeVolume(hotel, number(5, 0.05), argv[2]);
+  } else if (what == "drive") {
+    drive(argv[2], hotel, number(5, 5.0), number(6, 40.0), static_cast<int>(number(7, 0)));
+  } else {
+    whichMap(argv[2], hotel, static_cast<int>(number(5, 40)), number(6, 60.0),
+             static_cast<int>(number(7, 0)));
+  }
+  return 0;
+}

@@ -1,0 +1,209 @@
+#include "atlas_tasks.h"
+
+#include <json/value.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "ttsdf_localization/fusion/volume_parts.h"
+#include "ttsdf_localization/surface/surface_mesh.h"
+#include "ttsdf_localization/tools/json_file.h"
+
+namespace ttsdf {
+
+namespace {
+
+namespace fs = std::filesystem;
+constexpr const char* kFolder = "unfinished_build";
+constexpr const char* kSettings = "settings.json";
+constexpr int kForm = 2;                 // rises when maps of the same cell come out differently
+constexpr const char* kNoMap = "-";      // in place of a map's id
+constexpr const char* kWhole = "whole";  // at the end of a result
+
+const std::array<std::pair<const char*, double FrameAgreement::*>, 8> kFigures = {
+    {{"position_median", &FrameAgreement::position_median},
+     {"position_90", &FrameAgreement::position_90},
+     {"rotation_median", &FrameAgreement::rotation_median},
+     {"rotation_90", &FrameAgreement::rotation_90},
+     {"widening", &FrameAgreement::widening},
+     {"shift", &FrameAgreement::shift},
+     {"turn_sensor", &FrameAgreement::turn_sensor},
+     {"turn_scene", &FrameAgreement::turn_scene}}};
+const std::array<std::pair<const char*, int FrameAgreement::*>, 3> kCounts = {
+    {{"compared", &FrameAgreement::compared},
+     {"contradicting", &FrameAgreement::contradicting},
+     {"without_overlap", &FrameAgreement::without_overlap}}};
+
+// Numbers are texts that read back as the same number.
+template <class Options>
+Json::Value textsOf(const OptionTable<Options>& table, const Options& options) {
+  Json::Value object(Json::objectValue);
+  for (const auto& row : table.rows()) object[row.name] = toString(row.get(options));
+  return object;
+}
+
+template <class Options>
+void readTexts(const Json::Value& object, const OptionTable<Options>& table, Options& options) {
+  for (const std::string& name : object.getMemberNames())
+    table.setFromText(options, name, object[name].asString());
+}
+
+Json::Value textsOf(const FrameAgreement& agreement) {
+  Json::Value object(Json::objectValue);
+  for (const auto& [name, figure] : kFigures) object[name] = toString(agreement.*figure);
+  for (const auto& [name, count] : kCounts) object[name] = toString(agreement.*count);
+  return object;
+}
+
+std::uint64_t sumOf(std::uint64_t sum, const std::string& text) {
+  for (const char byte : text) sum = (sum ^ static_cast<unsigned char>(byte)) * 1099511628211ULL;
+  return sum;
+}
+
+/// Area of the observed surface [m2].
+double areaOf(const SurfaceMesh& mesh) {
+  double area = 0.0;
+  for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
+    const Eigen::Vector3f a = mesh.vertices.col(mesh.triangles(0, n)),
+                          b = mesh.vertices.col(mesh.triangles(1, n)),
+                          c = mesh.vertices.col(mesh.triangles(2, n));
+    area += 0.5 * static_cast<double>((b - a).cross(c - a).norm());
+  }
+  return area;
+}
+
+std::string textOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+std::string TaskSettings::decisive() const {
+  std::ostringstream text;
+  text << kForm << ' ' << toString(min_surface);
+  for (const auto& row : buildOptionTable().rows()) {
+    if (row.name != "threads") text << ' ' << row.name << '=' << toString(row.get(build));
+  }
+  for (const auto& [name, figure] : kFigures) text << ' ' << toString(agreement.*figure);
+  for (const auto& [name, count] : kCounts) text << ' ' << agreement.*count;
+  return text.str();
+}
+
+TaskFolder::TaskFolder(const std::string& atlas_folder)
+    : folder_(atlas_folder), tasks_((fs::path(atlas_folder) / kFolder).string()) {}
+
+void TaskFolder::writeText(const std::string& path, const std::string& text) const {
+  writeFileAtomically(path, {text.begin(), text.end()});
+}
+
+void TaskFolder::writeSettings(const TaskSettings& settings) const {
+  fs::create_directories(tasks_);
+  Json::Value root;
+  root["form"] = kForm;
+  root["min_surface"] = toString(settings.min_surface);
+  root["fusion"] = textsOf(fusionOptionTable(), settings.fusion);
+  root["build"] = textsOf(buildOptionTable(), settings.build);
+  root["agreement"] = textsOf(settings.agreement);
+  root["cells"] = Json::arrayValue;
+  for (const std::string& cell : settings.cells) root["cells"].append(cell);
+  writeText(fileNamed(kSettings), toText(root));
+}
+
+TaskSettings TaskFolder::readSettings() const {
+  const std::string path = fileNamed(kSettings);
+  if (!fs::exists(path)) {
+    throw std::runtime_error("'" + path +
+                             "': no such file, wanted the folder of an atlas that is being built");
+  }
+  try {
+    const Json::Value root = parseJson(textOf(path), "settings");
+    if (root["form"].asInt() != kForm) {
+      throw std::runtime_error("got tasks of another version of this program (form " +
+                               root["form"].asString() + "), wanted form " + std::to_string(kForm) +
+                               " (build again)");
+    }
+    TaskSettings settings;
+    settings.min_surface = std::stod(root["min_surface"].asString());
+    readTexts(root["fusion"], fusionOptionTable(), settings.fusion);
+    readTexts(root["build"], buildOptionTable(), settings.build);
+    for (const auto& [name, figure] : kFigures)
+      settings.agreement.*figure = std::stod(root["agreement"][name].asString());
+    for (const auto& [name, count] : kCounts)
+      settings.agreement.*count = std::stoi(root["agreement"][name].asString());
+    for (const Json::Value& cell : root["cells"]) settings.cells.push_back(cell.asString());
+    return settings;
+  } catch (const std::exception& error) {
+    throw std::runtime_error("'" + path + "': " + error.what());
+  }
+}
+
+std::string TaskFolder::keyOf(const TsdfVolume& part, const std::string& decisive) {
+  char text[20];
+  std::snprintf(text, sizeof text, "%016llx",
+                static_cast<unsigned long long>(sumOf(contentSum(part), decisive)));
+  return text;
+}
+
+void TaskFolder::writeTask(const std::string& cell, const std::string& key, const TsdfVolume& part) const {
+  if (keyOf(cell) == key && fs::exists(path(cell, ".vdb"))) return;
+  fs::remove(path(cell, ".key"));
+  part.saveVdb(path(cell, ".vdb"));
+  writeText(path(cell, ".key"), key);
+}
+
+std::string TaskFolder::keyOf(const std::string& cell) const { return textOf(path(cell, ".key")); }
+
+void TaskFolder::run(const std::string& cell) const {
+  const TaskSettings settings = readSettings();
+  const std::string key = keyOf(cell);
+  if (key.empty()) {
+    throw std::runtime_error("'" + path(cell, ".key") +
+                             "': got no task, wanted one of a build that was begun");
+  }
+  const TsdfVolume part = TsdfVolume::fromVdbFile(path(cell, ".vdb"), settings.fusion);
+  std::string id = kNoMap;
+  if (areaOf(extractSurface(part)) >= settings.min_surface) {
+    const BuiltMap built = buildMap(part, settings.build, {}, settings.agreement);
+    const AtlasMap entry = describeMap(cell, cell + ".ttsdf", built.bytes);
+    writeFileAtomically(mapPath(folder_, entry), built.bytes, kMapFile);
+    id = entry.map_id;
+  }
+  writeText(path(cell, ".result"), key + ' ' + id + ' ' + kWhole + '\n');
+}
+
+std::optional<AtlasMap> TaskFolder::made(const std::string& cell, const std::string& key) const {
+  std::istringstream words(textOf(path(cell, ".result")));
+  std::string of, id, end;
+  if (!(words >> of >> id >> end) || of != key || end != kWhole) return std::nullopt;
+  if (id == kNoMap) return AtlasMap();
+  AtlasMap map;
+  map.file = cell + ".ttsdf";
+  try {
+    map = describeMap(cell, map.file, readFile(mapPath(folder_, map)));
+  } catch (const std::exception&) {
+    return std::nullopt;  // it is made again
+  }
+  if (map.map_id != id) return std::nullopt;
+  return map;
+}
+
+void TaskFolder::dropPart(const std::string& cell) const {
+  std::error_code ignored;
+  fs::remove(path(cell, ".vdb"), ignored);
+  fs::remove(path(cell, ".log"), ignored);
+}
+
+void TaskFolder::remove() const {
+  std::error_code ignored;
+  fs::remove_all(tasks_, ignored);
+}
+
+}  // namespace ttsdf
