@@ -35,7 +35,8 @@ TTSDF_VECTORIZE void locateChunk(const LocateArguments& in, CellChunk& cells) {
     const float half = in.nearest ? 0.5f : 0.0f;
     for (int n = 0; n < size; ++n) {
       const float index = m[0] * in.x[n] + m[1] * in.y[n] + m[2] * in.z[n] + m[3];
-      const bool inside = index >= -kBorderSlack && index <= last + kBorderSlack;  // false for NaN
+      const bool inside =
+          (index >= -kBorderSlack) & (index <= last + kBorderSlack);  // false for NaN; no branch
       outside[n] = inside ? 0 : 1;
       const float safe = inside ? std::min(std::max(index, 0.0f), last) : 0.0f;
       const float base = std::min(static_cast<float>(static_cast<std::int32_t>(safe + half)), cell_last);
@@ -107,9 +108,10 @@ TTSDF_VECTORIZE void finishChunk(const CellChunk& cells, const float (*matrix)[4
   PointState* const state = out.state + begin;
   TTSDF_INDEPENDENT
   for (int n = 0; n < size; ++n) {
-    const bool keep = cells.state[n] != PointState::kOutside;  // a product would keep NaN
-    const float a = keep ? ga[n] : 0.0f, b = keep ? gb[n] : 0.0f, c = keep ? gc[n] : 0.0f;
-    out_value[n] = keep ? value[n] : 0.0f;
+    const bool keep = cells.state[n] != PointState::kOutside;      // a product would keep NaN
+    const float da = ga[n], db = gb[n], dc = gc[n], v = value[n];  // no loads on conditions: NEON has none
+    const float a = keep ? da : 0.0f, b = keep ? db : 0.0f, c = keep ? dc : 0.0f;
+    out_value[n] = keep ? v : 0.0f;
     gx[n] = m[0][0] * a + m[1][0] * b + m[2][0] * c;
     gy[n] = m[0][1] * a + m[1][1] * b + m[2][1] * c;
     gz[n] = m[0][2] * a + m[1][2] * b + m[2][2] * c;

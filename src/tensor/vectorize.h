@@ -8,7 +8,7 @@
 
 // Not with the thread sanitizer: the choice is made before it is ready.
 #if !defined(__x86_64__) || !defined(__GNUC__) || defined(__clang__) || defined(__SANITIZE_THREAD__)
-#define TTSDF_VECTORIZE
+#define TTSDF_VECTORIZE __attribute__((noinline))  // one version, with a name that scripts/cross_arm64 finds
 #elif __GNUC__ >= 12
 #define TTSDF_VECTORIZE \
   __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"), optimize("O3")))
