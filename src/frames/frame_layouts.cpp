@@ -203,12 +203,15 @@ bool tryScanNet(const fs::path& folder, FrameLayout& layout) {
 /// their names. Otherwise files are missing, or poses, and only numbers from 0 or 1 on tell which.
 int numberOfFirstPose(const fs::path& folder, const std::vector<NumberedFile>& images, const PoseList& list) {
   const int low = images.front().number, high = images.back().number;
-  if (low <= 1) return low;
-  if (high - 1 == list.last - list.first) return 1;
-  throw std::runtime_error("frame folder '" + folder.string() + "': got " + std::to_string(images.size()) +
-                           " images with numbers from " + std::to_string(low) + " to " +
-                           std::to_string(high) + " for " + std::to_string(list.count) +
-                           " poses, wanted as many images as poses, or images with numbers from 0 or 1 on");
+  const int last = list.last - list.first;  // counted from 0
+  if (low == 0 && high <= last) return 0;
+  if (low >= 1 && high == last + 1) return 1;
+  throw std::runtime_error(
+      "frame folder '" + folder.string() + "': got " + std::to_string(images.size()) +
+      " images with numbers from " + std::to_string(low) + " to " + std::to_string(high) + " for " +
+      std::to_string(list.count) +
+      " poses, wanted as many images as poses, or numbers that tell which is the first pose's: from 0 "
+      "on, or from 1 up to the number of poses");
 }
 
 void addByNumber(const fs::path& folder, const std::vector<NumberedFile>& images, const PoseList& list,

@@ -81,7 +81,7 @@ Prediction Localizer::recoveryPrior(const Prediction& prediction) const {
 Refusal Localizer::searchGuesses(const LocalizerScan& scan, LocalizationUpdate& best) {
   SearchOptions search = options_.search;
   search.starts = std::max(1, options_.recovery.start_starts / static_cast<int>(guesses_.size()));
-  Refusal refusal;
+  Refusal refusal, ambiguous;
   bool known = false;  // odometry says where the camera went since the best guess was true
   for (const PoseGuess& guess : guesses_) {
     const Prediction prediction = motion_.predict(guess, scan);
@@ -93,14 +93,14 @@ Refusal Localizer::searchGuesses(const LocalizerScan& scan, LocalizationUpdate& 
       better = !refused;  // what may be meant comes before what may not
     } else if (best.registered && !refused && fitsAlike(best, found)) {
       better = false;
-      if (!known) refusal = {RefusalReason::kAmbiguous, "two of these places fit alike"};
+      if (!known) ambiguous = {RefusalReason::kAmbiguous, "two of these places fit alike"};
     }
     if (!better) continue;
     best = std::move(found);
     refusal = refused;
     known = guess.T_odom_base && scan.T_odom_base;
   }
-  return refusal;
+  return refusal ? refusal : ambiguous;
 }
 
 bool Localizer::fitsAlike(const LocalizationUpdate& a, const LocalizationUpdate& b) const {

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <memory>
 #include <set>
+#include <unordered_map>
 
 #include "../readers/triangle_soup.h"
 #include "gltf_data.h"
@@ -105,21 +106,25 @@ class SceneReader {
     if (!attributes.isObject() || !attributes.isMember("POSITION"))
       file_.fail("got triangles without POSITION");
     const GltfAccessor positions = data_.positions(data_.number(attributes, "POSITION", 0));
-    const auto first = static_cast<std::int64_t>(soup_.vertexCount());
-    countWork(positions.count);
-    for (std::size_t n = 0; n < positions.count; ++n) {
-      const Eigen::Vector3d p = T * Eigen::Vector3d(positions.values[3 * n], positions.values[3 * n + 1],
-                                                    positions.values[3 * n + 2]);
-      soup_.addVertex(p.x(), p.y(), p.z());
-    }
+    // Primitives share one buffer, each with a part of its vertices: only those that are used count.
+    std::unordered_map<std::size_t, std::int64_t> added;
+    const auto addCorner = [&](std::size_t n) {
+      const auto [place, is_new] = added.emplace(n, static_cast<std::int64_t>(soup_.vertexCount()));
+      if (is_new) {
+        countWork(1);
+        const double* const v = positions.values.data() + 3 * n;
+        const Eigen::Vector3d p = T * Eigen::Vector3d(v[0], v[1], v[2]);
+        soup_.addVertex(p.x(), p.y(), p.z());
+      }
+      return place->second;
+    };
     std::vector<std::int64_t> corners;
     if (primitive.isMember("indices")) {
       const GltfAccessor indices = data_.indices(data_.number(primitive, "indices", 0));
       countWork(indices.count);
-      for (const double index : indices.values) corners.push_back(inMesh(index, positions.count, first));
+      for (const double index : indices.values) corners.push_back(addCorner(inMesh(index, positions.count)));
     } else {
-      for (std::size_t n = 0; n < positions.count; ++n)
-        corners.push_back(first + static_cast<std::int64_t>(n));
+      for (std::size_t n = 0; n < positions.count; ++n) corners.push_back(addCorner(n));
     }
     if (mode == kTriangles && corners.size() % 3 != 0)
       file_.fail("got " + std::to_string(corners.size()) + " corners of triangles, wanted a multiple of 3");
@@ -132,12 +137,12 @@ class SceneReader {
     }
   }
 
-  std::int64_t inMesh(double index, std::size_t count, std::int64_t first) const {
+  std::size_t inMesh(double index, std::size_t count) const {
     if (index >= static_cast<double>(count)) {
       file_.fail("got vertex index " + std::to_string(static_cast<long long>(index)) + ", wanted one of " +
                  std::to_string(count) + " vertices");
     }
-    return first + static_cast<std::int64_t>(index);
+    return static_cast<std::size_t>(index);
   }
 
   /// One mesh may stand in many places, but a small file must not fill the memory.

@@ -73,10 +73,14 @@ class Columns {
   }
 
   /// At the first line of numbers: a heading of as many words names its columns; others are titles.
-  void settle(std::size_t count) {
+  void settle(std::size_t count, const std::string& place) {
     const bool names_all = names_.size() == count;
-    const bool found = names_all && look({"x", "points:0", "points_0"}, {"y", "points:1", "points_1"},
-                                         {"z", "points:2", "points_2"}, 0);
+    const bool found =
+        look({"x", "points:0", "points_0"}, {"y", "points:1", "points_1"}, {"z", "points:2", "points_2"}, 0);
+    if (found && !names_all) {
+      file_.fail("got " + std::to_string(count) + " values in " + place + " under the heading '" +
+                 shown(heading_) + "' of " + std::to_string(names_.size()) + " names, wanted one each");
+    }
     if (names_all && !found && !comment_ && count > 3) {
       file_.fail("got the heading '" + shown(heading_) +
                  "', wanted columns x, y and z in it (or no heading)");
@@ -153,7 +157,7 @@ CloudFile readTextCloud(const FileBytes& file) {
         continue;
       }
     }
-    if (numbers.empty()) columns.settle(words.size());
+    if (numbers.empty()) columns.settle(words.size(), place);
     for (std::size_t n = 0; n < columns.count(); ++n) {
       if (columns[n] >= words.size() || !parseNumber(words[columns[n]], &p[n]))
         file.fail("got '" + shown(line) + "' in " + place + ", wanted x y z");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <set>
 #include <sstream>
@@ -25,7 +26,7 @@ std::string words(const yaml_char_t* text) { return text ? reinterpret_cast<cons
 class Builder {
  public:
   Builder(const std::string& what, const std::string& text, Aliases aliases)
-      : what_(what), aliases_(aliases) {
+      : what_(what), text_(text), aliases_(aliases) {
     if (!yaml_parser_initialize(&parser_)) throw std::bad_alloc();
     yaml_parser_set_input_string(&parser_, reinterpret_cast<const unsigned char*>(text.data()), text.size());
   }
@@ -36,7 +37,7 @@ class Builder {
   YAML::Node document() {
     for (bool more = true; more;) {
       yaml_event_t event;
-      if (!yaml_parser_parse(&parser_, &event)) refuse(parser_.problem_mark, problem());
+      if (!yaml_parser_parse(&parser_, &event)) refuse(problemMark(), problem());
       try {
         more = take(event);
       } catch (...) {
@@ -60,6 +61,17 @@ class Builder {
   [[noreturn]] void refuse(const yaml_mark_t& mark, const std::string& problem) const {
     throw std::runtime_error(what_ + "line " + std::to_string(mark.line + 1) + ", column " +
                              std::to_string(mark.column + 1) + ": " + problem);
+  }
+
+  /// Bytes that are no UTF-8 come without a mark.
+  yaml_mark_t problemMark() const {
+    if (parser_.error != YAML_READER_ERROR) return parser_.problem_mark;
+    const auto begin = text_.begin(), end = begin + std::min(parser_.problem_offset, text_.size());
+    yaml_mark_t mark{};
+    mark.line = static_cast<std::size_t>(std::count(begin, end, '\n'));
+    const auto line = std::find(std::make_reverse_iterator(end), std::make_reverse_iterator(begin), '\n');
+    mark.column = static_cast<std::size_t>(end - line.base());
+    return mark;
   }
 
   std::string problem() const {
@@ -166,7 +178,7 @@ class Builder {
     }
   }
 
-  const std::string& what_;
+  const std::string &what_, &text_;
   const Aliases aliases_;
   yaml_parser_t parser_;
   std::vector<Open> open_;  ///< lists and maps that are not closed

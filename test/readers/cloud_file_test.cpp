@@ -213,6 +213,15 @@ TEST_F(CloudFiles, TextClouds) {
   EXPECT_NE(refusal("m.pts", "3\n" + lines).find("got 4 points"), std::string::npos);
 }
 
+TEST_F(CloudFiles, HeadingsOfAnotherWidthAreRefused) {
+  const std::string rows = "0.1,1,2,3\n0.2,4,5,6\n";
+  for (const char* heading : {"t,x,y,z,i", "x,y,z"}) {
+    const std::string message =
+        thrownMessage<std::runtime_error>([&] { read("a.csv", std::string(heading) + "\n" + rows); });
+    EXPECT_NE(message.find("got 4 values in line 2 under the heading"), std::string::npos) << message;
+  }
+}
+
 TEST_F(CloudFiles, HeadingsSayWhereTheCoordinatesAre) {
   const std::string rows = "0,3,2,1,9\n1,6,5,4,9\n2,9,-8,7,9\n3,12,11,-10,9\n";
   for (const char* heading : {"id,z,y,x,i", ",Z,Y,X,I", "\"t\",\"Points:2\",\"Points:1\",\"Points:0\",\"i\"",

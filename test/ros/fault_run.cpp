@@ -589,6 +589,12 @@ int main(int argc, char** argv) {
         "[--only REGEX]\n");
     return 2;
   }
+  try {
+    std::regex check(only);
+  } catch (const std::regex_error& error) {
+    std::fprintf(stderr, "--only: got '%s', wanted a regular expression (%s)\n", only.c_str(), error.what());
+    return 2;
+  }
   const auto matches = [&only](const char* name) { return std::regex_search(name, std::regex(only)); };
   if (std::none_of(std::begin(ttsdf::kNames) + 1, std::end(ttsdf::kNames), matches)) {
     std::fprintf(stderr, "--only: got '%s', which is the name of no fault\n", only.c_str());
