@@ -36,9 +36,7 @@ ResidualModel Registration::Impl::model(double scale) const {
   m.scale = scale;
   m.inlier_distance = scales_.tolerance;
   m.score_scale = scales_.score;
-  // From afar points lie behind surfaces because the pose is wrong: there they have to pull. Who tracks is
-  // near.
-  m.check_facing = facing_ && (scale <= scales_.near_second || !options_.long_range);
+  m.check_facing = facing_;
   m.deep_inside = 2.5 * scales_.voxel;
   return m;
 }
