@@ -125,7 +125,11 @@ std::string mapPath(const std::string& folder, const AtlasMap& map) {
 }
 
 MapBytes mapFilesIn(const std::string& folder) {
-  return [folder](const AtlasMap& map) { return readFile(mapPath(folder, map)); };
+  return [folder](const AtlasMap& map) {
+    const std::string path = mapPath(folder, map);
+    if (!std::filesystem::exists(path)) throw MapFormatError("cannot open '" + path + "': no such file");
+    return readFile(path);
+  };
 }
 
 AtlasMap describeMap(const std::string& name, const std::string& file, const std::vector<std::uint8_t>& bytes,

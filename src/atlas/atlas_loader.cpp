@@ -145,6 +145,7 @@ class AtlasLoader::Impl {
   void serve(const Task& task) {
     shelf_.follow(task.edition->atlas);
     forgetOldFailures();
+    forgetReplaced(task.edition->atlas);
     while (!newer(task.serial)) {
       const Plan plan = choose(task);
       const auto next = nextToLoad(task, plan);
@@ -213,6 +214,7 @@ class AtlasLoader::Impl {
       PlacedField placed =
           loadPlaced(files_, map, options_.map_megabytes, options_.long_range, options_.limits, keep_going);
       failures_.erase(map.name);
+      useless_.erase(map.name);
       shelf_.put(std::move(placed));
       const std::size_t bytes = shelf_.expected(map, 0);
       if (bytes > budget_) {
@@ -222,6 +224,9 @@ class AtlasLoader::Impl {
       }
       shelf_.makeRoom(0, budget_, {map.name});  // it may be larger than was expected
     } catch (const Cancelled&) {
+    } catch (const MapFormatError& error) {
+      useless_[map.name] = map.map_id;
+      fail(map, error.what());
     } catch (const std::exception& error) {
       fail(map, error.what());
     }
@@ -255,7 +260,8 @@ class AtlasLoader::Impl {
     for (const auto& [name, failure] : failures_) status.failed[name] = failure.message;
     used_.clear();
     used_.insert(status.in_use.begin(), status.in_use.end());
-    const bool changed = editions != used_editions_ || edition_used_ != task.edition;
+    const bool changed =
+        editions != used_editions_ || edition_used_ != task.edition || used_useless_ != useless_;
     std::shared_ptr<const AtlasField> field, before;
     if (changed && !maps.empty())
       field = std::make_shared<const AtlasField>(std::move(maps), absentAround(task, used));
@@ -269,14 +275,18 @@ class AtlasLoader::Impl {
     const bool first_nothing = changed && editions.empty() && used_editions_.empty();
     used_editions_ = std::move(editions);
     edition_used_ = task.edition;
+    used_useless_ = useless_;
     if (changed && !first_nothing && changed_) changed_(field);
   }
 
-  /// Boxes of the maps that a scan may reach into and that are not in use.
-  static std::vector<OrientedBox> absentAround(const Task& task, const std::vector<std::size_t>& used) {
+  /// Boxes of the maps that a scan may reach into and that are not in use. Without those whose files are no
+  /// maps: they will not come, and the robot would not be tracked around them.
+  std::vector<OrientedBox> absentAround(const Task& task, const std::vector<std::size_t>& used) const {
     std::vector<OrientedBox> boxes;
-    for (const std::size_t n : task.edition->ranking.around(used, kSight))
-      boxes.push_back(task.edition->atlas.maps[n].box());
+    for (const std::size_t n : task.edition->ranking.around(used, kSight)) {
+      const AtlasMap& map = task.edition->atlas.maps[n];
+      if (useless_.count(map.name) == 0) boxes.push_back(map.box());
+    }
     return boxes;
   }
 
@@ -289,6 +299,13 @@ class AtlasLoader::Impl {
     const auto after = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
         std::chrono::duration<double>(options_.retry_seconds));
     failures_[map.name] = {map.map_id, message, std::chrono::steady_clock::now() + after};
+  }
+  /// Another file may be a map.
+  void forgetReplaced(const Atlas& atlas) {
+    for (auto it = useless_.begin(); it != useless_.end();) {
+      const AtlasMap* const map = atlas.find(it->first);
+      it = map && map->map_id == it->second ? std::next(it) : useless_.erase(it);
+    }
   }
   /// Their time has come: they are tried again if they are still wanted.
   void forgetOldFailures() {
@@ -335,6 +352,7 @@ class AtlasLoader::Impl {
   const std::size_t budget_;
   MapShelf shelf_;
   std::map<std::string, Failure> failures_;
+  std::map<std::string, std::string> useless_, used_useless_;  ///< map -> id, of files that are no such map
   std::set<std::string> used_;
   std::vector<std::pair<std::string, std::string>> used_editions_;
   std::shared_ptr<const Edition> edition_used_;

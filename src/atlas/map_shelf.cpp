@@ -79,8 +79,8 @@ PlacedField loadPlaced(const MapBytes& files, const AtlasMap& map, double megaby
   };
   const std::string id = named([&] { return fileInfo(bytes.data(), bytes.size()).map_id; });
   if (id != map.map_id) {
-    throw std::runtime_error("'" + map.file + "': got id " + id + ", wanted " + map.map_id +
-                             " as atlas.yaml says");
+    throw MapFormatError("'" + map.file + "': got id " + id + ", wanted " + map.map_id +
+                         " as atlas.yaml says");
   }
   TtFieldOptions options;
   options.memory_megabytes = megabytes;

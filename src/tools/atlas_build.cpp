@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "atlas_commands.h"
+#include "atlas_frames.h"
 #include "atlas_mesh.h"
 #include "atlas_tasks.h"
 #include "atlas_workers.h"
@@ -30,11 +31,15 @@ struct AtlasBuildArguments {
 
 void declareAtlasBuild(CommandLine& line, AtlasBuildArguments& a) {
   BuildArguments& s = a.source;
-  line.positional("FOLDER", a.folder)
-      .value("frames", "DIR", s.frames, "Folder of depth frames with poses, as ttsdf_build takes it.")
-      .value("mesh", "FILE", s.mesh, "Triangles: .ply, .obj, .off, .stl; closed, or with faces that agree.")
+  line.positional("FOLDER", a.folder);
+  declareFrames(line, s);
+  line.value("mesh", "FILE", s.mesh, "Triangles: .ply, .obj, .off, .stl; closed, or with faces that agree.")
       .value("vdb", "FILE", s.vdb, "Level set or truncated signed distance grid (OpenVDB).")
+      .value("grid", "NAME", s.grid, "Grid of the .vdb file, where it holds several.")
       .value("cloud", "FILE", s.cloud, "Points of surfaces: .pcd, .ply, .xyz, .csv or .bin.")
+      .value("cloud-from", "SIDE", s.cloud_from,
+             "Where free space is for a cloud without normals and viewpoint: inside (rooms) or outside "
+             "(objects).")
       .value("octomap", "FILE", s.octomap, "Octree of octomap: .bt or .ot.")
       .value("size", "METRES", a.size, "Largest side of what a map answers for.")
       .value("overlap", "METRES", a.overlap, "What neighbours share.")
@@ -50,10 +55,7 @@ void declareAtlasBuild(CommandLine& line, AtlasBuildArguments& a) {
           "afterwards: ttsdf_atlas finish FOLDER.")
       .value("worker", "COMMAND", a.worker,
              "Begins the command of every task, e.g. 'srun -c 2 ttsdf_atlas'; this program by default.")
-      .value("every", "N", s.every, "Takes the frames whose index % N is the offset.")
-      .value("offset", "M", s.offset, "See --every.")
       .value("scale", "S", s.scale, "Metres per unit of the mesh, cloud, .vdb file or octree.")
-      .flag("trust-frames", s.trust_frames, "Builds even if the frames contradict one another.")
       .options("fusion", fusionOptionTable(), s.fusion)
       .options("build", buildOptionTable(), s.build);
 }
@@ -66,7 +68,13 @@ void checkAtlasBuild(const AtlasBuildArguments& a) {
     throw UsageError("got " + std::to_string(sources) +
                      " sources, wanted one of --frames, --mesh, --cloud, --vdb, --octomap");
   }
-  if (s.every < 1 || s.offset < 0 || s.offset >= s.every) throw UsageError("wanted 0 <= --offset < --every");
+  checkFrameFlags(s);
+  if (s.vdb.empty() && !s.grid.empty()) throw UsageError("got --grid without --vdb");
+  if (s.cloud_from != "inside" && s.cloud_from != "outside")
+    throw UsageError("--cloud-from: got '" + s.cloud_from + "', wanted inside or outside");
+  if (!s.frames.empty() && s.scale != 1.0) {
+    throw UsageError("got --scale with --frames, wanted --depth-scale (units of the depth images per metre)");
+  }
   if (!(a.size > 0.0)) throw UsageError("--size: wanted a number above 0");
   if (!(a.overlap >= 0.0) || !(a.overlap < a.size))
     throw UsageError("--overlap: wanted 0 to less than --size");
@@ -80,6 +88,11 @@ void checkAtlasBuild(const AtlasBuildArguments& a) {
   } catch (const std::invalid_argument& error) {
     throw UsageError(error.what());
   }
+}
+
+TsdfVolume readSource(const BuildArguments& a, Progress& progress, BuildSource& source) {
+  const OwnName warnings;
+  return a.mesh.empty() ? volumeFromSource(a, progress, source) : volumeFromMesh(a, progress);
 }
 
 /// Commands may be run in another directory.
@@ -142,6 +155,11 @@ class CellBuilder {
         show();
         continue;
       }
+      if (part.empty()) {
+        tasks_.writeNoMap(cell.name, key);
+        show();
+        continue;
+      }
       tasks_.writeTask(cell.name, key, part);
       return WorkerTask{cell.name,
                         workerOf(a_) + " cell " + shellWord(absoluteFolder(a_.folder)) + ' ' + cell.name,
@@ -169,8 +187,15 @@ class CellBuilder {
   int taken_ = 0;
 };
 
+void requireNoAtlas(const std::string& folder) {
+  if (fs::exists(fs::path(folder) / kAtlasFile)) {
+    throw std::runtime_error("'" + folder + "': got a folder with an atlas, wanted a new one");
+  }
+}
+
 /// Writes the atlas of the maps that the tasks made, and its index.
-void finish(const std::string& folder, int taken, Progress& progress) {
+void writeFinishedAtlas(const std::string& folder, int taken, Progress& progress) {
+  requireNoAtlas(folder);
   const TaskFolder tasks(folder);
   const TaskSettings settings = tasks.readSettings();
   Atlas atlas;
@@ -213,15 +238,12 @@ int runAtlasBuild(int argc, char** argv) {
   if (!line.parse(argc, argv, std::cout)) return 0;
   checkAtlasBuild(a);
   fs::create_directories(a.folder);
-  if (fs::exists(fs::path(a.folder) / kAtlasFile)) {
-    throw std::runtime_error("'" + a.folder + "': got a folder with an atlas, wanted a new one");
-  }
+  requireNoAtlas(a.folder);
   requireWritable((fs::path(a.folder) / kAtlasFile).string());  // before the work, not after it
   if (!a.commands.empty()) requireWritable(a.commands);
   Progress progress("ttsdf_atlas");
   BuildSource source;
-  const TsdfVolume volume = a.source.mesh.empty() ? volumeFromSource(a.source, progress, source)
-                                                  : volumeFromMesh(a.source, progress);
+  const TsdfVolume volume = readSource(a.source, progress, source);
   if (volume.empty()) throw std::runtime_error("got no surface, wanted frames that show one");
   CellBuilder builder(a, volume, {volume.options(), a.source.build, source.agreement, a.min_surface, {}},
                       progress);
@@ -230,7 +252,7 @@ int runAtlasBuild(int argc, char** argv) {
     return 0;
   }
   builder.run();
-  finish(a.folder, builder.taken(), progress);
+  writeFinishedAtlas(a.folder, builder.taken(), progress);
   return 0;
 }
 
@@ -251,7 +273,7 @@ int runAtlasFinish(int argc, char** argv) {
   line.positional("FOLDER", folder);
   if (!line.parse(argc, argv, std::cout)) return 0;
   Progress progress("ttsdf_atlas");
-  finish(folder, 0, progress);
+  writeFinishedAtlas(folder, 0, progress);
   return 0;
 }
 

@@ -30,7 +30,8 @@ void updatePlaceIndex(const std::string& folder, Progress& progress);
 /// "x,y,z" or "x,y,z,qx,qy,qz,qw"; empty: the identity. Throws UsageError naming the flag.
 Eigen::Isometry3d poseFromText(const std::string& flag, const std::string& text);
 /// Writes a map file into the folder and its entry into the atlas. An entry of this name is replaced, with
-/// the next version, if the id differs.
-void putMap(Atlas& atlas, const std::string& folder, AtlasMap entry, const std::vector<std::uint8_t>& bytes);
+/// the next version, if the id differs. Returns a warning where what it was cannot be kept; empty otherwise.
+std::string putMap(Atlas& atlas, const std::string& folder, AtlasMap entry,
+                   const std::vector<std::uint8_t>& bytes);
 
 }  // namespace ttsdf

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <stdexcept>
 
 #include "atlas_commands.h"
@@ -20,6 +21,21 @@ Atlas readOrBegin(const std::string& folder) {
   if (fs::exists(fs::path(folder) / kAtlasFile)) return readAtlas(folder);
   if (!fs::is_directory(folder)) throw std::runtime_error("'" + folder + "': no such folder");
   return {};
+}
+
+void warn(const std::string& text) {
+  if (!text.empty()) std::cerr << "ttsdf_atlas: warning: " << text << '\n';
+}
+
+/// The last version that is not what the map's file holds now; null if none is kept.
+std::optional<AtlasMap> lastOther(const std::string& folder, const std::string& name,
+                                  const std::string& id_now) {
+  const std::vector<int> kept = keptVersions(folder, name);
+  for (auto version = kept.rbegin(); version != kept.rend(); ++version) {
+    AtlasMap map = keptVersion(folder, name, *version);
+    if (map.map_id != id_now) return map;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -44,7 +60,8 @@ Eigen::Isometry3d poseFromText(const std::string& flag, const std::string& text)
   return T;
 }
 
-void putMap(Atlas& atlas, const std::string& folder, AtlasMap entry, const std::vector<std::uint8_t>& bytes) {
+std::string putMap(Atlas& atlas, const std::string& folder, AtlasMap entry,
+                   const std::vector<std::uint8_t>& bytes) {
   Atlas next = atlas;
   auto place = next.maps.end();
   for (auto it = next.maps.begin(); it != next.maps.end(); ++it) {
@@ -59,9 +76,12 @@ void putMap(Atlas& atlas, const std::string& folder, AtlasMap entry, const std::
   }
   check(next);
   const AtlasMap* const before = atlas.find(entry.name);
-  if (before && before->map_id != entry.map_id) keepVersion(folder, *before);
-  writeFileAtomically(mapPath(folder, entry), bytes, kMapFile);
+  std::string not_kept;
+  if (before && before->map_id != entry.map_id) not_kept = keepVersion(folder, *before);
+  const AtlasMap& now = *next.find(entry.name);
+  writeFileAtomically(mapPath(folder, now), bytes, kMapFile);
   atlas = std::move(next);
+  return not_kept;
 }
 
 int runAtlasAdd(int argc, char** argv) {
@@ -94,7 +114,7 @@ int runAtlasAdd(int argc, char** argv) {
     throw std::runtime_error("'" + file + "': " + error.what());
   }
   entry.T_atlas_map = old && pose.empty() ? old->T_atlas_map : poseFromText("pose", pose);
-  putMap(atlas, folder, entry, bytes);
+  warn(putMap(atlas, folder, entry, bytes));
   writeAtlas(atlas, folder);
   const AtlasMap& put = *atlas.find(name);
   std::cout << "map '" << name << "', version " << put.version << ", id " << put.map_id << ": " << put.bytes
@@ -141,22 +161,24 @@ int runAtlasRollback(int argc, char** argv) {
   Atlas atlas = readAtlas(folder);
   const AtlasMap* const now = atlas.find(name);
   if (!now) throw std::runtime_error("'" + folder + "': got no map '" + name + "' (info lists them)");
-  const std::vector<int> kept = keptVersions(folder, name);
-  if (version == 0 && kept.empty())
+  const std::string id_now = idOnDisk(folder, *now);  // atlas.yaml is older if an update was interrupted
+  const auto chosen =
+      version == 0 ? lastOther(folder, name, id_now) : std::optional(keptVersion(folder, name, version));
+  if (!chosen)
     throw std::runtime_error("map '" + name + "': got version " + std::to_string(now->version) +
                              ", wanted one with an older version that is kept");
-  const AtlasMap old = keptVersion(folder, name, version == 0 ? kept.back() : version);
+  const AtlasMap& old = *chosen;
   const std::vector<std::uint8_t> bytes = readFile(mapPath(folder, old));
   AtlasMap entry = describeMap(name, now->file, bytes);
   if (entry.map_id != old.map_id) {
     throw std::runtime_error("'" + old.file + "': got id " + entry.map_id + ", wanted " + old.map_id);
   }
-  if (entry.map_id == now->map_id) {
+  if (entry.map_id == id_now && entry.map_id == now->map_id) {
     throw std::runtime_error("map '" + name + "': version " + std::to_string(old.version) +
                              " is what it is now, wanted another one (--version)");
   }
   entry.T_atlas_map = old.T_atlas_map;
-  putMap(atlas, folder, entry, bytes);
+  warn(putMap(atlas, folder, entry, bytes));
   writeAtlas(atlas, folder);
   std::cout << "map '" << name << "': version " << atlas.find(name)->version << " is version " << old.version
             << " again, id " << entry.map_id << " (index makes places.bin anew)\n";
@@ -186,7 +208,7 @@ int runAtlasMerge(int argc, char** argv) {
     entry.name = prefix + map.name;
     entry.file = entry.name + ".ttsdf";
     entry.T_atlas_map = T_atlas_other * map.T_atlas_map;
-    putMap(atlas, folder, entry, readFile(mapPath(other_folder, map)));
+    warn(putMap(atlas, folder, entry, readFile(mapPath(other_folder, map))));
   }
   writeAtlas(atlas, folder);
   std::cout << other.maps.size() << " maps added, " << atlas.maps.size() << " in all\n";

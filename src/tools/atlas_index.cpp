@@ -18,10 +18,10 @@ void updatePlaceIndex(const std::string& folder, Progress& progress) {
     progress.update("looking around in the maps", share);
     return true;
   });
+  writePlaceIndex(locator.index(), folder);  // one damaged map takes nothing from the others
   for (const auto& [map, why] : locator.failed()) {
     if (!map.empty()) throw std::runtime_error("map '" + map + "': " + why);
   }
-  writePlaceIndex(locator.index(), folder);
   std::printf("%zu places, %zu bytes\n", locator.index().placeCount(), locator.index().memoryBytes());
 }
 

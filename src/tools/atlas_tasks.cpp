@@ -3,9 +3,11 @@
 #include <json/value.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -77,11 +79,33 @@ double areaOf(const SurfaceMesh& mesh) {
   return area;
 }
 
-std::string textOf(const std::string& path) {
+/// Nothing: there is no such file, or it cannot be read.
+std::optional<std::string> textIn(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
   std::ostringstream text;
   text << file.rdbuf();
+  if (file.bad()) return std::nullopt;
   return text.str();
+}
+
+double numberIn(const Json::Value& object, const std::string& name) {
+  const std::string text = object[name].asString();
+  try {
+    std::size_t end = 0;
+    const double number = std::stod(text, &end);
+    if (end == text.size()) return number;
+  } catch (const std::exception&) {
+  }
+  throw std::runtime_error("'" + name + "': got '" + text + "', wanted a number (build again)");
+}
+
+int countIn(const Json::Value& object, const std::string& name) {
+  const double number = numberIn(object, name);
+  if (number >= 0.0 && number <= std::numeric_limits<int>::max() && number == std::floor(number))
+    return static_cast<int>(number);
+  throw std::runtime_error("'" + name + "': got " + toString(number) +
+                           ", wanted a whole number of 0 or more (build again)");
 }
 
 }  // namespace
@@ -124,20 +148,21 @@ TaskSettings TaskFolder::readSettings() const {
                              "': no such file, wanted the folder of an atlas that is being built");
   }
   try {
-    const Json::Value root = parseJson(textOf(path), "settings");
+    const auto text = textIn(path);
+    if (!text) throw std::runtime_error("got a file that cannot be read, wanted the settings of a build");
+    const Json::Value root = parseJson(*text, "settings");
     if (root["form"].asInt() != kForm) {
       throw std::runtime_error("got tasks of another version of this program (form " +
                                root["form"].asString() + "), wanted form " + std::to_string(kForm) +
                                " (build again)");
     }
     TaskSettings settings;
-    settings.min_surface = std::stod(root["min_surface"].asString());
+    settings.min_surface = numberIn(root, "min_surface");
     readTexts(root["fusion"], fusionOptionTable(), settings.fusion);
     readTexts(root["build"], buildOptionTable(), settings.build);
     for (const auto& [name, figure] : kFigures)
-      settings.agreement.*figure = std::stod(root["agreement"][name].asString());
-    for (const auto& [name, count] : kCounts)
-      settings.agreement.*count = std::stoi(root["agreement"][name].asString());
+      settings.agreement.*figure = numberIn(root["agreement"], name);
+    for (const auto& [name, count] : kCounts) settings.agreement.*count = countIn(root["agreement"], name);
     for (const Json::Value& cell : root["cells"]) settings.cells.push_back(cell.asString());
     return settings;
   } catch (const std::exception& error) {
@@ -159,7 +184,19 @@ void TaskFolder::writeTask(const std::string& cell, const std::string& key, cons
   writeText(path(cell, ".key"), key);
 }
 
-std::string TaskFolder::keyOf(const std::string& cell) const { return textOf(path(cell, ".key")); }
+void TaskFolder::writeNoMap(const std::string& cell, const std::string& key) const {
+  dropPart(cell);
+  writeText(path(cell, ".key"), key);
+  writeResult(cell, key, kNoMap);
+}
+
+void TaskFolder::writeResult(const std::string& cell, const std::string& key, const std::string& id) const {
+  writeText(path(cell, ".result"), key + ' ' + id + ' ' + kWhole + '\n');
+}
+
+std::string TaskFolder::keyOf(const std::string& cell) const {
+  return textIn(path(cell, ".key")).value_or("");
+}
 
 void TaskFolder::run(const std::string& cell) const {
   const TaskSettings settings = readSettings();
@@ -168,19 +205,21 @@ void TaskFolder::run(const std::string& cell) const {
     throw std::runtime_error("'" + path(cell, ".key") +
                              "': got no task, wanted one of a build that was begun");
   }
+  if (made(cell, key)) return;
   const TsdfVolume part = TsdfVolume::fromVdbFile(path(cell, ".vdb"), settings.fusion);
   std::string id = kNoMap;
-  if (areaOf(extractSurface(part)) >= settings.min_surface) {
+  const double area = part.empty() ? 0.0 : areaOf(extractSurface(part));
+  if (area > 0.0 && area >= settings.min_surface) {
     const BuiltMap built = buildMap(part, settings.build, {}, settings.agreement);
     const AtlasMap entry = describeMap(cell, cell + ".ttsdf", built.bytes);
     writeFileAtomically(mapPath(folder_, entry), built.bytes, kMapFile);
     id = entry.map_id;
   }
-  writeText(path(cell, ".result"), key + ' ' + id + ' ' + kWhole + '\n');
+  writeResult(cell, key, id);
 }
 
 std::optional<AtlasMap> TaskFolder::made(const std::string& cell, const std::string& key) const {
-  std::istringstream words(textOf(path(cell, ".result")));
+  std::istringstream words(textIn(path(cell, ".result")).value_or(""));
   std::string of, id, end;
   if (!(words >> of >> id >> end) || of != key || end != kWhole) return std::nullopt;
   if (id == kNoMap) return AtlasMap();

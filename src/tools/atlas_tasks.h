@@ -42,8 +42,10 @@ class TaskFolder {
   /// Of a part with these settings (TaskSettings::decisive).
   static std::string keyOf(const TsdfVolume& part, const std::string& decisive);
   void writeTask(const std::string& cell, const std::string& key, const TsdfVolume& part) const;
+  /// In place of a task: the part is empty, its cell gets no map.
+  void writeNoMap(const std::string& cell, const std::string& key) const;
   /// Makes the map of a cell, or finds that it needs none: a function of the task's files alone. May be run
-  /// again at any time.
+  /// again at any time, and returns at once where it was done.
   void run(const std::string& cell) const;
   /// The map of a cell that was made from this key and is still whole, with an empty id if the cell needs
   /// none; nothing: to be made.
@@ -60,6 +62,7 @@ class TaskFolder {
 
  private:
   std::string path(const std::string& cell, const char* ending) const { return tasks_ + "/" + cell + ending; }
+  void writeResult(const std::string& cell, const std::string& key, const std::string& id) const;
   void writeText(const std::string& path, const std::string& text) const;
   const std::string folder_, tasks_;
 };

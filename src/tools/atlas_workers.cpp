@@ -25,40 +25,60 @@ namespace {
 namespace fs = std::filesystem;
 constexpr int kAttempts = 3;
 constexpr int kNotRun = 126;  // from this exit code on a shell says that the command did not end by itself
+constexpr int kNoSuchCommand = 127;
+constexpr int kSignal = 128;  // and the signal's number: what a shell says of a command that a signal ended
 constexpr const char* kDaskScript = "atlas_dask";
 
-/// Starts a task's command. The child goes when this process does.
+/// A shell that waits for the command "$1", any words of a shell, and takes all that it started along when it
+/// is told to go. It says nothing itself ("Killed"): the log's last line is the command's.
+constexpr const char* kShell =
+    "trap 'trap \"\" TERM; kill -TERM 0; exit 143' TERM INT HUP; exec 3>&2 2>/dev/null; "
+    "/bin/sh -c \"$1\" 2>&3 3>&- & wait $!";
+
+/// Starts a task's command in a process group of its own. The group goes when this process does.
 pid_t start(const WorkerTask& task) {
-  const std::string command = "exec " + task.command;
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error("cannot start a worker: " + std::string(std::strerror(errno)));
   if (child > 0) return child;
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (::getppid() != parent) ::_exit(1);
+  if (::getppid() != parent || ::setpgid(0, 0) != 0) ::_exit(1);
   const int out = ::open(task.log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644),
             in = ::open("/dev/null", O_RDONLY);
   if (out < 0 || in < 0) ::_exit(kNotRun);
   ::dup2(in, STDIN_FILENO), ::dup2(out, STDOUT_FILENO), ::dup2(out, STDERR_FILENO);
-  ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+  ::execl("/bin/sh", "sh", "-c", kShell, "sh", task.command.c_str(), nullptr);
   ::_exit(kNotRun);
 }
 
-std::string lastLineOf(const std::string& path) {
+/// The signal that ended a command, also one that a shell tells of; 0: none.
+int signalOf(int status) {
+  if (WIFSIGNALED(status)) return WTERMSIG(status);
+  const int code = WEXITSTATUS(status);
+  return code > kSignal && code <= kSignal + SIGRTMAX ? code - kSignal : 0;
+}
+
+/// What a task printed last. A shell's word for the signal ("Killed") is none of it.
+std::string lastLineOf(const std::string& path, int status) {
+  const int signal = signalOf(status);
+  const std::string word = signal != 0 ? ::strsignal(signal) : "";
   std::ifstream file(path);
   std::string last;
   for (std::string line; std::getline(file, line);) {
-    if (!line.empty()) last = line;
+    if (!line.empty() && line != word) last = line;
   }
   return last;
 }
 
 std::string fateOf(int status) {
-  return WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status))
-                             : "exit code " + std::to_string(WEXITSTATUS(status));
+  if (const int signal = signalOf(status)) return "signal " + std::to_string(signal);
+  const int code = WEXITSTATUS(status);
+  return "exit code " + std::to_string(code) + (code == kNoSuchCommand ? " (no such command)" : "");
 }
 
-bool died(int status) { return WIFSIGNALED(status) || WEXITSTATUS(status) >= kNotRun; }
+bool died(int status) {
+  return WIFSIGNALED(status) || (WEXITSTATUS(status) >= kNotRun && WEXITSTATUS(status) != kNoSuchCommand);
+}
 
 std::string scriptPath() {
   std::error_code error;
@@ -94,6 +114,7 @@ void runInProcesses(int workers, const NextTask& next, const TaskDone& done) {
     WorkerTask task;
     int attempt;
   };
+  ::signal(SIGCHLD, SIG_DFL);  // ignored, as some starters leave it, no child could be waited for
   std::map<pid_t, Running> running;
   std::string failure;
   bool more = true;
@@ -111,6 +132,8 @@ void runInProcesses(int workers, const NextTask& next, const TaskDone& done) {
     int status = 0;
     const pid_t child = ::waitpid(-1, &status, 0);
     if (child < 0 && errno == EINTR) continue;
+    if (child < 0)
+      throw std::runtime_error("cannot wait for the workers: " + std::string(std::strerror(errno)));
     const auto found = running.find(child);
     if (found == running.end()) continue;
     const Running ended = found->second;
@@ -122,7 +145,7 @@ void runInProcesses(int workers, const NextTask& next, const TaskDone& done) {
     } else if (failure.empty()) {
       failure = "cell '" + ended.task.name + "': its worker ended with " + fateOf(status) +
                 (died(status) ? ", " + std::to_string(ended.attempt) + " times" : std::string()) + ": " +
-                lastLineOf(ended.task.log) + " (the same command goes on where it stopped)";
+                lastLineOf(ended.task.log, status) + " (the same command goes on where it stopped)";
     }
   }
   if (!failure.empty()) throw std::runtime_error(failure);
@@ -130,6 +153,7 @@ void runInProcesses(int workers, const NextTask& next, const TaskDone& done) {
 
 void runThroughDask(const std::string& address, const std::vector<WorkerTask>& tasks, const std::string& list,
                     const TaskDone& done) {
+  if (tasks.empty()) return;
   Json::Value root(Json::arrayValue);
   std::map<std::string, const WorkerTask*> by_name;
   for (const WorkerTask& task : tasks) {

@@ -23,8 +23,8 @@ using NextTask = std::function<std::optional<WorkerTask>()>;
 /// Called after each task that ended well.
 using TaskDone = std::function<void(const WorkerTask& task)>;
 
-/// Runs up to `workers` tasks at a time, each in a process of its own. One whose process dies (a signal, or a
-/// command that cannot be run) is tried again, three times in all. Throws std::runtime_error with what the
+/// Runs up to `workers` tasks at a time, each in a process of its own. One whose process dies (a signal) is
+/// tried again, three times in all. Throws std::runtime_error with what the
 /// first task that failed printed last; those that run are waited for.
 void runInProcesses(int workers, const NextTask& next, const TaskDone& done);
 

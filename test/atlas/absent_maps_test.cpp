@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <filesystem>
+#include <thread>
+
 #include "atlas_world.h"
 #include "ttsdf_localization/atlas/atlas_loader.h"
 #include "ttsdf_localization/field/long_range_field.h"
@@ -118,6 +122,43 @@ TEST_F(TwoMaps, TheLoaderKnowsWhatItHasNoMemoryFor) {
   ASSERT_EQ(loader.status().over_budget, 1u);
   EXPECT_FALSE(align(*loader.field(), camera(2.4, 1.6, 0.0)).success);
   EXPECT_TRUE(align(*loader.field(), camera(2.6, 1.6, 3.0)).success);
+}
+
+// It will not come: the robot is tracked around it as at the border of what is mapped.
+TEST_F(TwoMaps, ADamagedMapIsNotAbsent) {
+  const TempFolder folder;
+  Atlas atlas;
+  atlas.maps.push_back(store(first, "first", Eigen::Isometry3d::Identity(), folder.path()));
+  atlas.maps.push_back(store(second, "second", Eigen::Isometry3d::Identity(), folder.path()));
+  const std::string file = folder.path() + "/" + atlas.maps[1].file;
+  const auto stateIn = [](const AtlasField& field) {
+    const Eigen::Vector3f p = (Eigen::Vector3d(6.0, 1.5, 1.0) - field.geometry().origin).cast<float>();
+    return field.evaluate(Eigen::Matrix3Xf(p)).states[0];
+  };
+  AtlasLoaderOptions options;
+  options.retry_seconds = 0.2;
+  {
+    options.radius = 0.1;  // the second is not wanted: absent
+    AtlasLoader loader(folder.path(), atlas, options);
+    loader.want({1.5, 1.5, 1.2});
+    ASSERT_TRUE(loader.waitUntilSettled(20.0));
+    ASSERT_EQ(loader.status().in_use.size(), 1u);
+    EXPECT_EQ(stateIn(*loader.field()), PointState::kValid);
+  }
+  options.radius = 6.0;
+  std::filesystem::resize_file(file, 100);
+  AtlasLoader loader(folder.path(), atlas, options);
+  loader.want({1.5, 1.5, 1.2});
+  ASSERT_TRUE(loader.waitUntilSettled(20.0));
+  ASSERT_EQ(loader.status().in_use, std::vector<std::string>{"first"});
+  EXPECT_EQ(stateIn(*loader.field()), PointState::kOutside);
+  const auto field = loader.field();
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));  // it is tried again and again
+  EXPECT_EQ(loader.field(), field);
+  store(second, "second", Eigen::Isometry3d::Identity(), folder.path());
+  for (int n = 0; n < 500 && loader.status().in_use.size() < 2; ++n)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(stateIn(*loader.field()), PointState::kValid);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // ttsdf_atlas build: who makes the maps changes nothing about them.
+#include <chrono>
 #include <cstdlib>
 
 #include "atlas_fixture.h"
@@ -107,6 +108,47 @@ TEST_F(AtlasBuild, AWorkerThatDiesAgainAndAgainStopsTheBuild) {
   EXPECT_FALSE(fs::exists(*folder_ / "dead/atlas.yaml"));
 }
 
+TEST_F(AtlasBuild, AWorkerIsAnyCommandOfAShell) {
+  const ToolRun set = build("words", {"--worker", "WORD=1 " + program()});
+  ASSERT_EQ(set.exit_code, 0) << set.err;
+  expectSame("words");
+  const ToolRun elsewhere = build("elsewhere", {"--worker", "cd / && " + program()});
+  ASSERT_EQ(elsewhere.exit_code, 0) << elsewhere.err;
+  expectSame("elsewhere");
+}
+
+TEST_F(AtlasBuild, ACommandThatIsNotThereIsTriedOnce) {
+  const ToolRun run = build("no_command", {"--worker", *folder_ / "no_such_program"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_NE(run.err.find("exit code 127 (no such command): "), std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find("3 times"), std::string::npos) << run.err;
+}
+
+TEST_F(AtlasBuild, WorkersAreWaitedForWhereTheStarterIgnoresThem) {
+  std::string command = "trap '' CHLD; timeout 120 " + program();
+  for (const std::string& word : arguments("ignored", {})) command += " '" + word + "'";
+  const std::string log = *folder_ / "ignored.log";
+  ASSERT_EQ(std::system(("bash -c \"" + command + "\" > " + log + " 2>&1").c_str()), 0) << fileText(log);
+  expectSame("ignored");
+}
+
+// A worker starts a process of its own; both go with the build.
+TEST_F(AtlasBuild, NothingIsLeftOfABuildThatIsKilled) {
+  const std::string pid = *folder_ / "left.pid",
+                    worker = script("sleeps", "sleep 300 &\necho $! > " + pid + ".new\nmv " + pid + ".new " +
+                                                  pid + "\nwait\n");
+  std::string command = program();
+  for (const std::string& word : arguments("killed", {"--worker", worker})) command += " '" + word + "'";
+  const std::string log = *folder_ / "killed.log";
+  ASSERT_EQ(
+      std::system((command + " > " + log + " 2>&1 & build=$!; for n in $(seq 600); do [ -e " + pid +
+                   " ] && break; sleep 0.1; done; kill -9 $build; for n in $(seq 100); do kill -0 $(cat " +
+                   pid + ") 2> /dev/null || exit 0; sleep 0.1; done; exit 1")
+                      .c_str()),
+      0)
+      << fileText(log);
+}
+
 TEST_F(AtlasBuild, CommandsMakeTheSameAtlas) {
   const std::string list = *folder_ / "tasks.txt", makefile = *folder_ / "tasks.mk";
   const ToolRun run = build("by_hand", {"--commands", list});
@@ -130,6 +172,52 @@ TEST_F(AtlasBuild, CommandsMakeTheSameAtlas) {
   expectSame("by_make");
 }
 
+// Rules of make are run again, and what was made stays.
+TEST_F(AtlasBuild, ACellThatIsMadeIsNotMadeAgain) {
+  const std::string list = *folder_ / "twice.txt", folder = *folder_ / "twice";
+  ASSERT_EQ(build("twice", {"--commands", list}).exit_code, 0);
+  const std::string cell = readAtlas(*folder_ / "atlas").maps[0].name, file = folder + "/" + cell + ".ttsdf";
+  ASSERT_EQ(run({"cell", folder, cell}).exit_code, 0);
+  const auto time = fs::last_write_time(file) - std::chrono::hours(1);
+  fs::last_write_time(file, time);
+  ASSERT_EQ(run({"cell", folder, cell}).exit_code, 0);
+  EXPECT_EQ(fs::last_write_time(file), time);
+
+  const std::string settings = folder + "/unfinished_build/settings.json";
+  std::string text = fileText(settings);
+  ASSERT_NE(text.find("min_surface"), std::string::npos) << text;
+  const std::size_t begin = text.find('"', text.find(':', text.find("min_surface"))) + 1;
+  text.replace(begin, text.find('"', begin) - begin, "much");
+  folder_->write("twice/unfinished_build/settings.json", text);
+  const ToolRun wrong = run({"cell", folder, cell});
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_NE(wrong.err.find("'min_surface': got 'much', wanted a number"), std::string::npos) << wrong.err;
+}
+
+TEST_F(AtlasBuild, AnAtlasThatHasAppearedIsNotWrittenOver) {
+  const std::string list = *folder_ / "late.txt", folder = *folder_ / "late";
+  ASSERT_EQ(build("late", {"--commands", list}).exit_code, 0);
+  for (const std::string& command : linesOf(fileText(list))) ASSERT_EQ(std::system(command.c_str()), 0);
+  folder_->write("late/atlas.yaml", "atlas: 1\nmaps: []\n");
+  const ToolRun finish = run({"finish", folder});
+  EXPECT_EQ(finish.exit_code, 1);
+  EXPECT_NE(finish.err.find("got a folder with an atlas"), std::string::npos) << finish.err;
+  EXPECT_EQ(fileText(folder + "/atlas.yaml"), "atlas: 1\nmaps: []\n");
+}
+
+TEST_F(AtlasBuild, FramesAreReadAsToldAndWarningsNameThisProgram) {
+  EXPECT_EQ(build("no_order", {"--quaternions", "xyz"}).exit_code, 2);
+  EXPECT_EQ(build("no_grid", {"--grid", "x"}).exit_code, 2);
+  fs::copy(*folder_ / "frames", *folder_ / "bad_frames");
+  folder_->write("bad_frames/frame-000002.pose.txt", "-inf 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  std::vector<std::string> words = arguments("told", {"--depth-scale", "1000", "--poses", "camera-to-world"});
+  words[3] = *folder_ / "bad_frames";
+  const ToolRun told = run(words);
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  EXPECT_NE(told.err.find("ttsdf_atlas: warning: frame skipped"), std::string::npos) << told.err;
+  EXPECT_EQ(told.err.find("ttsdf_build:"), std::string::npos) << told.err;
+}
+
 // One process holds a cluster of two and runs the build in it.
 TEST_F(AtlasBuild, ADaskClusterMakesTheSameAtlas) {
   if (std::system("/usr/bin/python3 -c 'import distributed' 2> /dev/null") != 0)
@@ -147,6 +235,30 @@ TEST_F(AtlasBuild, ADaskClusterMakesTheSameAtlas) {
   ASSERT_EQ(std::system((command + " > " + (*folder_ / "dask.log") + " 2>&1").c_str()), 0)
       << fileText(*folder_ / "dask.log");
   expectSame("by_dask");
+}
+
+TEST_F(AtlasBuild, AClusterWithoutWorkersIsSaid) {
+  if (std::system("/usr/bin/python3 -c 'import distributed' 2> /dev/null") != 0)
+    GTEST_SKIP() << "python3-distributed is not installed";
+  const std::string script = std::string(TTSDF_TOOL_DIR) + "/../../../../scripts/atlas_dask";
+  if (!fs::exists(script)) GTEST_SKIP() << "the scripts are elsewhere";
+  folder_->write("none.json", "[]");
+  EXPECT_EQ(std::system(("timeout 20 " + script + " tcp://127.0.0.1:1 " + (*folder_ / "none.json")).c_str()),
+            0);
+  folder_->write("one.json", R"([{"name": "a", "command": "true"}])");
+  const std::string python =
+      folder_->write("empty_cluster.py",
+                     "import distributed, subprocess, sys\n"
+                     "if __name__ == '__main__':\n"
+                     "    with distributed.LocalCluster(n_workers=0, dashboard_address=None) as cluster:\n"
+                     "        words = [sys.argv[1], cluster.scheduler_address, sys.argv[2], '1']\n"
+                     "        sys.exit(subprocess.run(words).returncode)\n");
+  const std::string log = *folder_ / "empty.log";
+  EXPECT_NE(std::system(("cd " + (*folder_ / "") + " && timeout 60 /usr/bin/python3 " + python + " " +
+                         script + " " + (*folder_ / "one.json") + " > " + log + " 2>&1")
+                            .c_str()),
+            0);
+  EXPECT_NE(fileText(log).find("failed got no worker within 1 s"), std::string::npos) << fileText(log);
 }
 
 TEST_F(AtlasBuild, NoSchedulerIsSaid) {
@@ -202,6 +314,35 @@ TEST_F(AtlasBuild, AMeshIsCutAsFramesAre) {
         << points.col(n).transpose();
   }
   EXPECT_GT(known, count * 9 / 10);
+}
+
+// A block of the shape of an L: nothing is in the corner between its arms.
+TEST_F(AtlasBuild, EmptyCellsCostNothing) {
+  const std::string mesh = folder_->write("l.off",
+                                          "OFF\n12 10 0\n"
+                                          "0 0 0\n5 0 0\n5 0.6 0\n0.6 0.6 0\n0.6 5 0\n0 5 0\n"
+                                          "0 0 0.9\n5 0 0.9\n5 0.6 0.9\n0.6 0.6 0.9\n0.6 5 0.9\n0 5 0.9\n"
+                                          "4 0 3 2 1\n4 0 5 4 3\n4 6 7 8 9\n4 6 9 10 11\n"
+                                          "4 0 1 7 6\n4 1 2 8 7\n4 2 3 9 8\n4 3 4 10 9\n4 4 5 11 10\n"
+                                          "4 5 0 6 11\n");
+  const std::string folder = *folder_ / "l", list = *folder_ / "l.txt";
+  const ToolRun made = AtlasTool::run({"build", folder, "--mesh", mesh, "--voxel-size", "0.05",
+                                       "--truncation", "0.15", "--size", "1.6", "--overlap", "0.5",
+                                       "--max-rank", "8", "--min-surface", "0", "--commands", list});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::vector<std::string> commands = linesOf(fileText(list));
+  std::size_t results = 0, parts = 0;
+  for (const auto& entry : fs::directory_iterator(folder + "/unfinished_build")) {
+    results += entry.path().extension() == ".result" ? 1 : 0;
+    parts += entry.path().extension() == ".vdb" ? 1 : 0;
+  }
+  EXPECT_GE(results, 4u);  // of the empty ones, at once
+  EXPECT_EQ(parts, commands.size());
+  for (const std::string& command : commands) ASSERT_EQ(std::system(command.c_str()), 0) << command;
+  const ToolRun finished = AtlasTool::run({"finish", folder});
+  ASSERT_EQ(finished.exit_code, 0) << finished.err;
+  EXPECT_LE(readAtlas(folder).maps.size(), commands.size());
+  EXPECT_EQ(AtlasTool::run({"check", folder}).exit_code, 0);
 }
 
 }  // namespace

@@ -49,6 +49,59 @@ TEST_F(AtlasTool, MapsAreAddedReplacedAndRemoved) {
   EXPECT_EQ(run({"remove", folder, "twin"}).exit_code, 1);
 }
 
+TEST_F(AtlasTool, ADamagedMapIsReplacedAndRolledBack) {
+  const std::string folder = copy("repaired");
+  const Atlas before = readAtlas(folder);
+  const std::string name(64, 'n');  // as long as names may be
+  const auto add = [&](std::size_t map, bool replace) {
+    std::vector<std::string> words{"add", folder, *folder_ / "atlas" + "/" + before.maps[map].file, "--name",
+                                   name};
+    if (replace) words.push_back("--replace");
+    return run(words);
+  };
+  ASSERT_EQ(add(0, false).exit_code, 0);
+  const ToolRun second = add(1, true);
+  ASSERT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_EQ(second.err.find("not kept"), std::string::npos) << second.err;
+  const std::string file = folder + "/" + readAtlas(folder).find(name)->file;
+  fs::resize_file(file, 100);
+  ASSERT_EQ(add(1, true).exit_code, 0);  // the same map again: the same version
+  EXPECT_EQ(readAtlas(folder).find(name)->version, 2);
+  EXPECT_EQ(fileText(file), fileText(*folder_ / "atlas" + "/" + before.maps[1].file));
+
+  fs::remove(file);
+  const ToolRun third = add(0, true);
+  ASSERT_EQ(third.exit_code, 0) << third.err;
+  EXPECT_NE(third.err.find("version 2 is not kept"), std::string::npos) << third.err;
+  EXPECT_EQ(readAtlas(folder).find(name)->version, 3);
+  EXPECT_EQ(run({"rollback", folder, name}).exit_code, 1);  // version 1 is what it is again
+  fs::resize_file(file, 100);
+  const ToolRun back = run({"rollback", folder, name});
+  ASSERT_EQ(back.exit_code, 0) << back.err;
+  EXPECT_EQ(fileText(file), fileText(*folder_ / "atlas" + "/" + before.maps[0].file));
+  EXPECT_EQ(readAtlas(folder).find(name)->version, 3);
+  ASSERT_EQ(run({"remove", folder, name}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(folder + "/versions/" + name));
+}
+
+// The file of the next version is there, atlas.yaml says the one before.
+TEST_F(AtlasTool, AnInterruptedReplacementIsRolledBack) {
+  const std::string folder = copy("interrupted");
+  const Atlas before = readAtlas(folder);
+  const AtlasMap& map = before.maps[0];
+  const std::string yaml = fileText(folder + "/atlas.yaml");
+  ASSERT_EQ(
+      run({"add", folder, folder + "/" + before.maps[1].file, "--name", map.name, "--replace"}).exit_code, 0);
+  std::ofstream(folder + "/atlas.yaml") << yaml;
+  EXPECT_EQ(run({"check", folder}).exit_code, 1);
+  const ToolRun back = run({"rollback", folder, map.name});
+  ASSERT_EQ(back.exit_code, 0) << back.err;
+  EXPECT_EQ(fileText(folder + "/" + map.file), fileText(*folder_ / "atlas" + "/" + map.file));
+  EXPECT_EQ(readAtlas(folder).find(map.name)->map_id, map.map_id);
+  EXPECT_EQ(readAtlas(folder).find(map.name)->version, 1);
+  EXPECT_EQ(run({"check", folder}).exit_code, 0);
+}
+
 TEST_F(AtlasTool, AtlasesAreMerged) {
   const std::string folder = copy("merged");
   EXPECT_EQ(run({"merge", folder, *folder_ / "atlas"}).exit_code, 1);  // the same names

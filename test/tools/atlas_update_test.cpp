@@ -27,10 +27,22 @@ class AtlasUpdate : public AtlasTool {
     }
     writeFramesOf(scene, *folder_ / name, 12, -0.15, 0.15);
   }
-  static ToolRun update(const std::string& folder, const std::string& frames,
-                        const std::string& every = "1") {
-    return run({"update", folder, "--frames", *folder_ / frames, "--every", every, "--max-depth", "5",
-                "--refine-iterations", "4", "--report", *folder_ / "report.json"});
+  static ToolRun update(const std::string& folder, const std::string& frames, const std::string& every = "1",
+                        const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words{"update",
+                                   folder,
+                                   "--frames",
+                                   *folder_ / frames,
+                                   "--every",
+                                   every,
+                                   "--max-depth",
+                                   "5",
+                                   "--refine-iterations",
+                                   "4",
+                                   "--report",
+                                   *folder_ / "report.json"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words);
   }
   static double distanceAt(const std::string& folder, const AtlasMap& map, const Eigen::Vector3d& p) {
     const auto field = makeField(loadMap(mapPath(folder, map)));
@@ -103,22 +115,74 @@ TEST_F(AtlasUpdate, MapsThatFramesSeeFollowTheRoomAndGoBack) {
   }
 }
 
-TEST_F(AtlasUpdate, FramesThatShowNothingNewChangeNothing) {
+// They fill edges and smooth, though: maps change by more than the least that counts by default.
+TEST_F(AtlasUpdate, FramesThatWereFusedBeforeRemoveAndAddNothing) {
   const std::string folder = copy("same");
   const std::string before = fileText(folder + "/atlas.yaml");
-  const ToolRun same = update(folder, "frames", "2");  // those that it was built from
+  const ToolRun same = update(folder, "frames", "2", {"--min-change", "0.15"});  // that it was built from
   ASSERT_EQ(same.exit_code, 0) << same.err;
   const auto report = parseJson(fileText(*folder_ / "report.json"), "report");
   EXPECT_EQ(report["maps"].size(), readAtlas(folder).maps.size());
+  EXPECT_EQ(fileText(folder + "/atlas.yaml"), before) << same.out;
   for (const Json::Value& map : report["maps"]) {
+    EXPECT_FALSE(map["replaced"].asBool()) << map["name"].asString();
     EXPECT_LT(map["removed"].asDouble(), 0.03) << map["name"].asString();
     EXPECT_LT(map["added"].asDouble(), 0.03) << map["name"].asString();
   }
 }
 
+TEST_F(AtlasUpdate, ADamagedMapTakesNothingFromTheOthers) {
+  const std::string folder = copy("one_damaged");
+  writeChangedFrames("with_box_too", true);
+  const Atlas before = readAtlas(folder);
+  std::string damaged;  // one that the box is in
+  for (const AtlasMap& map : before.maps) {
+    if (map.box().depth(Eigen::Vector3d(kBox.x, kBox.y, 0.8)) > 0.0) damaged = map.name;
+  }
+  fs::resize_file(folder + "/" + before.find(damaged)->file, 100);
+  const ToolRun one = update(folder, "with_box_too");
+  EXPECT_EQ(one.exit_code, 1);
+  EXPECT_NE(one.err.find("map '" + damaged + "'"), std::string::npos) << one.err;
+  const auto report = parseJson(fileText(*folder_ / "report.json"), "report");
+  ASSERT_EQ(report["failed"].size(), 1u);
+  EXPECT_EQ(report["failed"][0].asString(), damaged);
+  EXPECT_GE(report["maps"].size(), 1u);
+  const Atlas after = readAtlas(folder);
+  const PlaceIndex index = readPlaceIndex(folder, after);  // of the maps as they are now
+  EXPECT_EQ(index.maps().size(), after.maps.size() - 1);
+}
+
+TEST_F(AtlasUpdate, FramesThatCannotBeUsedAreSkipped) {
+  const std::string folder = copy("skipping");
+  const std::string frames = *folder_ / "bad";
+  writeChangedFrames("bad", true);
+  folder_->write("bad/frame-000001.pose.txt", "-inf 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  folder_->write("bad/frame-000003.pose.txt", "1 0 0 90000\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  fs::resize_file(frames + "/frame-000002.depth.png", 300);
+  const ToolRun run = update(folder, "bad");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(parseJson(fileText(*folder_ / "report.json"), "report")["skipped"].size(), 3u) << run.err;
+  for (const char* name : {"frame-000001", "frame-000002", "frame-000003"})
+    EXPECT_NE(run.err.find(name), std::string::npos) << run.err;
+  EXPECT_NE(run.out.find("9 frames"), std::string::npos) << run.out;
+}
+
+TEST_F(AtlasUpdate, FramesThatContradictOneAnotherChangeNothing) {
+  const std::string folder = copy("contradicting");
+  const std::string before = fileText(folder + "/atlas.yaml");
+  const ToolRun wrong = AtlasTool::run(
+      {"update", folder, "--frames", *folder_ / "frames", "--every", "1", "--poses", "world-to-camera"});
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_NE(wrong.err.find("--trust-frames"), std::string::npos) << wrong.err;
+  EXPECT_EQ(fileText(folder + "/atlas.yaml"), before);
+}
+
 TEST_F(AtlasUpdate, SaysWhatIsWrong) {
   const std::string folder = copy("wrong");
   EXPECT_EQ(run({"update", folder}).exit_code, 2);
+  EXPECT_EQ(run({"update", folder, "--frames", *folder_ / "frames", "--voxel-size", "0.1"}).exit_code, 2);
+  EXPECT_EQ(run({"update", folder, "--frames", *folder_ / "frames", "--camera-axes", "up"}).exit_code, 2);
+  EXPECT_EQ(run({"update", folder, "--frames", *folder_ / "frames", "--report", "/nowhere/r"}).exit_code, 1);
   EXPECT_EQ(run({"update", folder, "--frames", *folder_ / "nowhere"}).exit_code, 1);
   const ToolRun first = run({"rollback", folder, readAtlas(folder).maps[0].name});
   EXPECT_EQ(first.exit_code, 1);
