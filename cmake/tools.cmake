@@ -30,7 +30,8 @@ ttsdf_library(ttsdf_tools
   PUBLIC ttsdf_core ttsdf_compression ttsdf_readers JsonCpp::JsonCpp
   PRIVATE Boost::program_options ttsdf_yaml)
 
-ttsdf_tool(ttsdf_build SOURCES src/tools/ttsdf_build.cpp src/tools/build_sources.cpp LIBS ttsdf_tools ttsdf_mapping ttsdf_exports)
+ttsdf_tool(ttsdf_build SOURCES src/tools/ttsdf_build.cpp src/tools/build_sources.cpp src/tools/source_flags.cpp
+  LIBS ttsdf_tools ttsdf_mapping ttsdf_exports)
 ttsdf_tool(ttsdf_export SOURCES src/tools/ttsdf_export.cpp LIBS ttsdf_tools ttsdf_exports)
 ttsdf_tool(ttsdf_info SOURCES src/tools/ttsdf_info.cpp LIBS ttsdf_tools)
 target_compile_definitions(ttsdf_info PRIVATE TTSDF_SCRIPTS_DIR="${CMAKE_CURRENT_SOURCE_DIR}/scripts")
@@ -38,10 +39,20 @@ ttsdf_tool(ttsdf_query SOURCES src/tools/ttsdf_query.cpp LIBS ttsdf_tools)
 ttsdf_tool(ttsdf_convert SOURCES src/tools/ttsdf_convert.cpp LIBS ttsdf_tools ttsdf_mapping)
 # The program ttsdf_atlas; the library has the target of this name.
 ttsdf_tool(ttsdf_atlas_tool
-  SOURCES src/tools/ttsdf_atlas.cpp src/tools/atlas_build.cpp src/tools/atlas_edit.cpp src/tools/atlas_index.cpp
-          src/tools/atlas_mesh.cpp src/tools/atlas_show.cpp src/tools/atlas_tasks.cpp src/tools/atlas_workers.cpp
-          src/tools/atlas_update.cpp src/tools/atlas_versions.cpp src/tools/map_change.cpp
-          src/tools/build_sources.cpp
+  SOURCES
+    src/tools/atlas/ttsdf_atlas.cpp
+    src/tools/atlas/atlas_build.cpp
+    src/tools/atlas/atlas_edit.cpp
+    src/tools/atlas/atlas_index.cpp
+    src/tools/atlas/atlas_mesh.cpp
+    src/tools/atlas/atlas_show.cpp
+    src/tools/atlas/atlas_tasks.cpp
+    src/tools/atlas/atlas_update.cpp
+    src/tools/atlas/atlas_versions.cpp
+    src/tools/atlas/atlas_workers.cpp
+    src/tools/atlas/map_change.cpp
+    src/tools/build_sources.cpp
+    src/tools/source_flags.cpp
   LIBS ttsdf_tools ttsdf_atlas ttsdf_mapping ttsdf_exports)
 set_target_properties(ttsdf_atlas_tool PROPERTIES OUTPUT_NAME ttsdf_atlas)
 target_compile_definitions(ttsdf_atlas_tool PRIVATE TTSDF_SCRIPTS_DIR="${CMAKE_CURRENT_SOURCE_DIR}/scripts")

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "source_flags.h"
 #include "ttsdf_localization/build_steps/extent.h"
 #include "ttsdf_localization/exports/octomap_import.h"
 #include "ttsdf_localization/frames/frame_check.h"
@@ -25,27 +26,11 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-FrameFolderOptions folderOptions(const BuildArguments& a) {
-  FrameFolderOptions options;
-  options.units_per_metre = a.depth_scale;
-  options.poses_world_to_camera = a.poses == "world-to-camera";
-  options.opengl_axes = a.camera_axes == "opengl";
-  if (a.mirror_poses != "none") options.mirrored_axis = a.mirror_poses[0];
-  options.quaternions_w_first = a.quaternions == "wxyz";
-  options.pose_scale = a.pose_scale;
-  options.stamp_shift = a.stamp_shift;
-  if (!a.intrinsics.empty()) {
-    const auto k = parseNumbers("intrinsics", a.intrinsics, 4);
-    options.intrinsics = Eigen::Vector4d(k[0], k[1], k[2], k[3]);
-  }
-  return options;
-}
-
 void skip(const FrameEntry& frame, std::string reason, Progress& progress, BuildSource& source) {
   const bool named = reason.find(frame.depth_path) != std::string::npos ||
                      (!frame.pose_path.empty() && reason.find(frame.pose_path) != std::string::npos);
   if (!named) reason = "'" + frame.depth_path + "': " + reason;
-  progress.note("ttsdf_build: warning: frame skipped: " + reason);
+  progress.warn("frame skipped: " + reason);
   source.skipped.push_back(reason);
   source.skipped_names.push_back(std::filesystem::path(frame.depth_path).filename().string());
 }
@@ -87,7 +72,7 @@ FrameCheck checkAgreement(const BuildArguments& a, const FrameFolder& folder, co
                              " (--trust-frames builds anyway)");
   }
   if (check.verdict() == Verdict::kDoubtful || check.verdict() == Verdict::kNonsense) {
-    progress.note("ttsdf_build: warning: " + check.message());
+    progress.warn(check.message());
   }
   return check;
 }
@@ -107,7 +92,7 @@ FrameCheck checkAgreement(const BuildArguments& a, const FrameFolder& folder, co
 }
 
 TsdfVolume fuseFrames(const BuildArguments& a, Progress& progress, BuildSource& source) {
-  const FrameFolderOptions given = folderOptions(a);
+  const FrameFolderOptions given = frameFolderOptions(a);
   const FrameFolder folder(a.frames, given);
   std::cout << "frames: " << folder.description() << std::endl;
   auto selected = folder.select(a.every, a.offset);
@@ -162,7 +147,7 @@ TsdfVolume readVolume(const BuildArguments& a, Progress& progress) {
   import.scale = a.scale;
   import.note = &note;
   auto volume = TsdfVolume::fromVdbFile(a.vdb, a.fusion, import);
-  if (!note.empty()) progress.note("ttsdf_build: " + note);
+  if (!note.empty()) progress.note(note);
   return volume;
 }
 
@@ -172,19 +157,19 @@ TsdfVolume volumeOfCloud(const BuildArguments& a, const OrientedCloud& cloud, Pr
   TsdfVolume volume = volumeFromCloud(cloud, a.fusion, &report, show);
   const std::string name = a.cloud.empty() ? a.octomap : a.cloud;
   if (report.normals_estimated) {
-    progress.note("ttsdf_build: '" + name + "': normals estimated, turned " +
+    progress.note("'" + name + "': normals estimated, turned " +
                   (cloud.viewpoint
                        ? std::string("towards the file's viewpoint")
                        : "towards the " + a.cloud_from + " (--cloud-from " +
                              (a.cloud_from == "inside" ? "outside" : "inside") + " turns them round)"));
   }
-  if (!report.outliers.empty()) progress.note("ttsdf_build: warning: '" + name + "': " + report.outliers);
+  if (!report.outliers.empty()) progress.warn("'" + name + "': " + report.outliers);
   std::vector<Eigen::Vector3d> points;
   for (Eigen::Index n = 0; n < cloud.points.cols(); ++n) points.emplace_back(cloud.points.col(n));
   const std::string rounding = describeRounding(points, a.fusion.voxel_size);
-  if (!rounding.empty()) progress.note("ttsdf_build: warning: '" + name + "': " + rounding);
+  if (!rounding.empty()) progress.warn("'" + name + "': " + rounding);
   if (report.spacing > 3.0 * a.fusion.voxel_size) {
-    progress.note("ttsdf_build: warning: '" + name + "': points lie " + std::to_string(report.spacing) +
+    progress.warn("'" + name + "': points lie " + std::to_string(report.spacing) +
                   " m apart, too far for voxels of " + std::to_string(a.fusion.voxel_size) +
                   " m: the surface has holes");
   }
@@ -222,7 +207,7 @@ TsdfVolume readTree(const BuildArguments& a, Progress& progress, const BuildProg
   cloud.points *= a.scale;
   resolution *= a.scale;
   if (a.fusion.voxel_size < 0.5 * resolution) {
-    progress.note("ttsdf_build: warning: '" + a.octomap + "': cells of " + std::to_string(resolution) +
+    progress.warn("'" + a.octomap + "': cells of " + std::to_string(resolution) +
                   " m do not say more than --voxel-size " + std::to_string(resolution));
   }
   return volumeOfCloud(a, cloud, progress, show);
@@ -234,9 +219,9 @@ void warnOfOutliers(const SurfaceMesh& mesh, double voxel_size, Progress& progre
     vertices.emplace_back(mesh.origin + mesh.vertices.col(n).cast<double>());
   }
   const std::string outliers = describeOutliers(vertices, "vertices");
-  if (!outliers.empty()) progress.note("ttsdf_build: warning: mesh: " + outliers);
+  if (!outliers.empty()) progress.warn("mesh: " + outliers);
   const std::string rounding = describeRounding(vertices, voxel_size);
-  if (!rounding.empty()) progress.note("ttsdf_build: warning: mesh: " + rounding);
+  if (!rounding.empty()) progress.warn("mesh: " + rounding);
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ int run(int argc, char** argv) {
   const ttsdf::FrameFolder folder(a.frames, a.depth_scale);
   progress.update("reading scans", 0.0);
   const auto scans = ttsdf::scansFromFrames(folder, scan_selection);
-  for (const auto& reason : scans.skipped) progress.note("ttsdf_evaluate: warning: frame skipped: " + reason);
+  for (const auto& reason : scans.skipped) progress.warn("frame skipped: " + reason);
   a.defaults.map = a.map;
   a.defaults.map_cloud = [&] {
     progress.update("point cloud map", 0.0);

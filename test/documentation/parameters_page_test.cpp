@@ -9,11 +9,11 @@
 #include <sstream>
 
 #include "ros/builder/map_builder_options.h"
-#include "ros/parameters/localization_options.h"
 #include "ros/demo/demo_ros.h"
 #include "ros/demo/simulated_camera_options.h"
 #include "ros/operator/map_surface.h"
 #include "ros/operator/operator_menu.h"
+#include "ros/parameters/localization_options.h"
 #include "ttsdf_localization/evaluation/method.h"
 
 namespace ttsdf {

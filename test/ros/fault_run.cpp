@@ -26,6 +26,7 @@
 #include <thread>
 
 #include "../support/room.h"
+#include "fault_kinds.h"
 #include "ros/messages/cloud_conversion.h"
 #include "ros/messages/conversions.h"
 #include "ros/node/localization_ros.h"
@@ -43,95 +44,6 @@ constexpr double kStart = 1000.0;   // [s]
 constexpr double kGoodPose = 0.10;  // [m]
 constexpr int kMemoryLooks = 10;    // in the whole run
 constexpr double kSigmas = 3.0;     // a pose further off that says so by its covariance is not called good
-
-enum class Fault {
-  kNone,
-  kDropScans,
-  kDeadCamera,
-  kNanStorm,
-  kLyingByteOrder,
-  kRowStepZero,
-  kCutOff,
-  kNoise,
-  kStampZero,
-  kStampAhead,
-  kUnknownFrame,
-  kDuplicates,
-  kReordered,
-  kLateScans,
-  kLateOdometry,
-  kNoOdometry,
-  kSlowOdometry,
-  kSlowLateOdometry,
-  kTransformsTwice,
-  kBadTransform,
-  kClockBack,
-  kClockForward,
-  kMapSwap,
-  kReset,
-  kCount
-};
-const char* const kNames[] = {"none",
-                              "scans dropped",
-                              "camera dead for 8 s",
-                              "storm of NaN",
-                              "flag of the byte order lies",
-                              "row_step 0",
-                              "data cut off",
-                              "random bytes as points",
-                              "stamp 0",
-                              "stamp 1 h ahead",
-                              "unknown frame",
-                              "scans twice",
-                              "scans in the wrong order",
-                              "scans up to 1 s late",
-                              "odometry up to 1 s late",
-                              "odometry silent for 3 s",
-                              "odometry at 1 Hz",
-                              "odometry at 2 Hz, up to 1 s late",
-                              "transforms twice, old ones last",
-                              "transforms with NaN",
-                              "clock back (loop)",
-                              "clock 30 s forward",
-                              "map swapped",
-                              "reset and new pose"};
-
-/// What must be said about it, in a status or in the diagnostics; the others must not be noticed by anybody.
-bool mustBeSaid(Fault fault) {
-  switch (fault) {
-    case Fault::kDeadCamera:
-    case Fault::kNanStorm:
-    case Fault::kCutOff:
-    case Fault::kStampZero:
-    case Fault::kStampAhead:
-    case Fault::kUnknownFrame:
-    case Fault::kNoOdometry:
-    case Fault::kClockBack:
-    case Fault::kMapSwap:
-    case Fault::kReset:
-    case Fault::kNoise:
-      return true;
-    default:
-      return false;
-  }
-}
-double secondsOf(Fault fault) {
-  switch (fault) {
-    case Fault::kDeadCamera:
-      return 8.0;
-    case Fault::kNanStorm:
-    case Fault::kNoise:
-      return 2.0;
-    case Fault::kNoOdometry:
-    case Fault::kLateOdometry:
-    case Fault::kSlowOdometry:
-    case Fault::kSlowLateOdometry:
-    case Fault::kLateScans:
-      return 3.0;
-    default:
-      return 1.0;
-  }
-}
 
 struct Row {
   int injected = 0, said = 0, lost = 0;
@@ -387,40 +299,13 @@ class Run {
       truth_[cloud.header.stamp.toNSec()] = place_;
       if (truth_.size() > 3000) truth_.erase(truth_.begin());
     }
-    const float nan = std::nanf("");
+    damageScan(fault_, random_, cloud);
     switch (fault_) {
       case Fault::kDropScans:
         if (random_() % 2) return;
         break;
       case Fault::kDeadCamera:
         return;
-      case Fault::kNanStorm:
-        for (std::size_t n = 0; n + 12 <= cloud.data.size(); n += 12) std::memcpy(&cloud.data[n], &nan, 4);
-        break;
-      case Fault::kLyingByteOrder:
-        cloud.is_bigendian = !cloud.is_bigendian;
-        break;
-      case Fault::kRowStepZero:
-        cloud.row_step = 0;
-        break;
-      case Fault::kCutOff:
-        cloud.data.resize(cloud.data.size() - 1 - random_() % 1000);
-        break;
-      case Fault::kNoise:
-        for (std::size_t n = 0; n + 4 <= cloud.data.size(); n += 4) {
-          const auto value = static_cast<float>(static_cast<double>(random_() % 80000) / 10000.0 - 4.0);
-          std::memcpy(&cloud.data[n], &value, 4);
-        }
-        break;
-      case Fault::kStampZero:
-        cloud.header.stamp = ros::Time();
-        break;
-      case Fault::kStampAhead:
-        cloud.header.stamp += ros::Duration(3600.0);
-        break;
-      case Fault::kUnknownFrame:
-        cloud.header.frame_id = "nowhere";
-        break;
       case Fault::kDuplicates:
         cloud_.publish(cloud);
         break;

@@ -32,8 +32,8 @@ struct World {
   bool closed = false;  ///< the tour returns to its start
 };
 
-/// "apartment", "building", "hotel" (hotel.h, its lowest storey toured), "room", "corridor", "single_wall", "floor". Throws std::invalid_argument for
-/// another name.
+/// "apartment", "building", "hotel" (hotel.h, its lowest storey toured), "room", "corridor", "single_wall",
+/// "floor". Throws std::invalid_argument for another name.
 World makeWorld(const std::string& name);
 const std::vector<std::string>& worldNames();
 

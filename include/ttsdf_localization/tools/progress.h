@@ -21,8 +21,9 @@ class Progress {
 
   /// `share` in [0, 1]. Redrawn ten times a second at most.
   void update(const std::string& step, double share);
-  /// A whole line of its own (a warning): shown on any stderr, above the progress.
-  void note(const std::string& line);
+  /// A whole line of its own, behind the program's name: shown on any stderr, above the progress.
+  void note(const std::string& text);
+  void warn(const std::string& text) { note("warning: " + text); }
 
  private:
   using Clock = std::chrono::steady_clock;

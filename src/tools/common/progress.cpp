@@ -66,10 +66,10 @@ void Progress::update(const std::string& step, double share) {
   say();
 }
 
-void Progress::note(const std::string& line) {
+void Progress::note(const std::string& text) {
   const std::lock_guard<std::mutex> lock(mutex_);
   erase();
-  std::cerr << line << '\n';
+  std::cerr << program_ << (program_.empty() ? "" : ": ") << text << '\n';
   last_word_ = Clock::now();
 }
 

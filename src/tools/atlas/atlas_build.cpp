@@ -7,8 +7,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "../source_flags.h"
 #include "atlas_commands.h"
-#include "atlas_frames.h"
 #include "atlas_mesh.h"
 #include "atlas_tasks.h"
 #include "atlas_workers.h"
@@ -32,16 +32,8 @@ struct AtlasBuildArguments {
 void declareAtlasBuild(CommandLine& line, AtlasBuildArguments& a) {
   BuildArguments& s = a.source;
   line.positional("FOLDER", a.folder);
-  declareFrames(line, s);
-  line.value("mesh", "FILE", s.mesh, "Triangles: .ply, .obj, .off, .stl; closed, or with faces that agree.")
-      .value("vdb", "FILE", s.vdb, "Level set or truncated signed distance grid (OpenVDB).")
-      .value("grid", "NAME", s.grid, "Grid of the .vdb file, where it holds several.")
-      .value("cloud", "FILE", s.cloud, "Points of surfaces: .pcd, .ply, .xyz, .csv or .bin.")
-      .value("cloud-from", "SIDE", s.cloud_from,
-             "Where free space is for a cloud without normals and viewpoint: inside (rooms) or outside "
-             "(objects).")
-      .value("octomap", "FILE", s.octomap, "Octree of octomap: .bt or .ot.")
-      .value("size", "METRES", a.size, "Largest side of what a map answers for.")
+  declareSources(line, s);
+  line.value("size", "METRES", a.size, "Largest side of what a map answers for.")
       .value("overlap", "METRES", a.overlap, "What neighbours share.")
       .value("min-surface", "M2", a.min_surface, "Cells with less surface get no map.")
       .value("workers", "N", a.workers,
@@ -55,26 +47,12 @@ void declareAtlasBuild(CommandLine& line, AtlasBuildArguments& a) {
           "afterwards: ttsdf_atlas finish FOLDER.")
       .value("worker", "COMMAND", a.worker,
              "Begins the command of every task, e.g. 'srun -c 2 ttsdf_atlas'; this program by default.")
-      .value("scale", "S", s.scale, "Metres per unit of the mesh, cloud, .vdb file or octree.")
       .options("fusion", fusionOptionTable(), s.fusion)
       .options("build", buildOptionTable(), s.build);
 }
 
 void checkAtlasBuild(const AtlasBuildArguments& a) {
-  const BuildArguments& s = a.source;
-  const int sources =
-      !s.frames.empty() + !s.mesh.empty() + !s.vdb.empty() + !s.cloud.empty() + !s.octomap.empty();
-  if (sources != 1) {
-    throw UsageError("got " + std::to_string(sources) +
-                     " sources, wanted one of --frames, --mesh, --cloud, --vdb, --octomap");
-  }
-  checkFrameFlags(s);
-  if (s.vdb.empty() && !s.grid.empty()) throw UsageError("got --grid without --vdb");
-  if (s.cloud_from != "inside" && s.cloud_from != "outside")
-    throw UsageError("--cloud-from: got '" + s.cloud_from + "', wanted inside or outside");
-  if (!s.frames.empty() && s.scale != 1.0) {
-    throw UsageError("got --scale with --frames, wanted --depth-scale (units of the depth images per metre)");
-  }
+  checkSources(a.source);
   if (!(a.size > 0.0)) throw UsageError("--size: wanted a number above 0");
   if (!(a.overlap >= 0.0) || !(a.overlap < a.size))
     throw UsageError("--overlap: wanted 0 to less than --size");
@@ -82,16 +60,9 @@ void checkAtlasBuild(const AtlasBuildArguments& a) {
   if (a.workers < 1 || a.workers > 256) throw UsageError("--workers: wanted 1 to 256");
   if (!a.scheduler.empty() && !a.commands.empty())
     throw UsageError("got --scheduler and --commands, wanted one");
-  if (!(s.scale > 0.0)) throw UsageError("--scale: wanted a number above 0");
-  try {
-    validate(s.build);
-  } catch (const std::invalid_argument& error) {
-    throw UsageError(error.what());
-  }
 }
 
 TsdfVolume readSource(const BuildArguments& a, Progress& progress, BuildSource& source) {
-  const OwnName warnings;
   return a.mesh.empty() ? volumeFromSource(a, progress, source) : volumeFromMesh(a, progress);
 }
 

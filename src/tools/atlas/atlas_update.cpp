@@ -8,8 +8,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "../source_flags.h"
 #include "atlas_commands.h"
-#include "atlas_frames.h"
 #include "map_change.h"
 #include "ttsdf_localization/frames/frame_check.h"
 #include "ttsdf_localization/frames/frame_folder.h"
@@ -92,7 +92,7 @@ class NewFrames {
     const bool named = reason.find(frame.depth_path) != std::string::npos ||
                        (!frame.pose_path.empty() && reason.find(frame.pose_path) != std::string::npos);
     if (!named) reason = "'" + frame.depth_path + "': " + reason;
-    progress_.note("ttsdf_atlas: warning: frame skipped: " + reason);
+    progress_.warn("frame skipped: " + reason);
     skipped_[n] = true;
     reasons_.push_back(reason);
   }
@@ -129,7 +129,7 @@ class NewFrames {
                                " (--trust-frames updates anyway)");
     }
     if (check.verdict() == Verdict::kDoubtful || check.verdict() == Verdict::kNonsense)
-      progress_.note("ttsdf_atlas: warning: " + check.message());
+      progress_.warn(check.message());
   }
 
   const BuildArguments& a_;
@@ -279,7 +279,7 @@ class MapUpdater {
     }
   }
   void fail(const std::string& what, Progress& progress) {
-    progress.note("ttsdf_atlas: " + what);
+    progress.note(what);
     ++failures_;
   }
 
@@ -297,7 +297,7 @@ class MapUpdater {
       AtlasMap entry = describeMap(before.name, before.file, updated.bytes);
       entry.T_atlas_map = before.T_atlas_map;
       const std::string not_kept = putMap(atlas_, a_.folder, entry, updated.bytes);
-      if (!not_kept.empty()) progress.note("ttsdf_atlas: warning: " + not_kept);
+      if (!not_kept.empty()) progress.warn(not_kept);
       ++replaced_;
       writeAtlas(atlas_, a_.folder);  // map by map: one that was stopped has an atlas that fits its files
     }
