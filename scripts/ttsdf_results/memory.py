@@ -35,7 +35,7 @@ import xmlrpc.client
 
 from . import facts
 from .evaluate import parts_failed
-from .node import Ros
+from .ros import Ros
 from .store import ROOT, StepError, tools_folder
 from .text import markdown, percent
 
