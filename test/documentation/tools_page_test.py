@@ -27,7 +27,7 @@ SECTIONS = (
      ("localization_node", "map_builder_node", "map_server_node", "operator_menu_node", "map_surface_node",
       "simulated_camera_node", "demo_node")),
     ("Scripts", "In `scripts/`.",
-     ("demo", "test", "setup", "build", "fresh", "platforms", "package", "robot_root", "cross_arm64",
+     ("demo", "test", "setup", "build", "fresh", "platforms", "build_seconds", "package", "robot_root", "cross_arm64",
       "atlas_dask", "atlas_scale", "frames_from", "frames_to_bag", "frames_to_batch", "evaluate_trajectory",
       "evaluate", "results", "reliability", "memory_table", "plot_map", "benchmark", "screenshot", "fuzz", "update_pages")),
 )
