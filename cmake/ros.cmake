@@ -56,7 +56,8 @@ install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINAT
 install(PROGRAMS scripts/atlas_dask scripts/frames_from scripts/frames_to_bag scripts/frames_to_batch
   scripts/evaluate_trajectory scripts/plot_map
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
-install(FILES scripts/poses.py scripts/depth_frames.py DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+install(FILES scripts/poses.py scripts/depth_frames.py scripts/trajectory_files.py
+  DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 
 find_package(PNG REQUIRED)
 

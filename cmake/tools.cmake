@@ -30,7 +30,8 @@ ttsdf_library(ttsdf_tools
   PUBLIC ttsdf_core ttsdf_compression ttsdf_readers JsonCpp::JsonCpp
   PRIVATE Boost::program_options ttsdf_yaml)
 
-ttsdf_tool(ttsdf_build SOURCES src/tools/ttsdf_build.cpp src/tools/build_sources.cpp src/tools/source_flags.cpp
+ttsdf_tool(ttsdf_build
+  SOURCES src/tools/ttsdf_build.cpp src/tools/build_sources.cpp src/tools/source_flags.cpp src/tools/source_frames.cpp
   LIBS ttsdf_tools ttsdf_mapping ttsdf_exports)
 ttsdf_tool(ttsdf_export SOURCES src/tools/ttsdf_export.cpp LIBS ttsdf_tools ttsdf_exports)
 ttsdf_tool(ttsdf_info SOURCES src/tools/ttsdf_info.cpp LIBS ttsdf_tools)
@@ -53,6 +54,7 @@ ttsdf_tool(ttsdf_atlas_tool
     src/tools/atlas/map_change.cpp
     src/tools/build_sources.cpp
     src/tools/source_flags.cpp
+    src/tools/source_frames.cpp
   LIBS ttsdf_tools ttsdf_atlas ttsdf_mapping ttsdf_exports)
 set_target_properties(ttsdf_atlas_tool PROPERTIES OUTPUT_NAME ttsdf_atlas)
 target_compile_definitions(ttsdf_atlas_tool PRIVATE TTSDF_SCRIPTS_DIR="${CMAKE_CURRENT_SOURCE_DIR}/scripts")

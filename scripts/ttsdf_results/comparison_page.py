@@ -146,7 +146,7 @@ def write(folder, facts, scenes, rows):
         sections.append(scene_section(name, figures, picture))
     text = "\n\n".join([
         "# Results", facts_of.sentence(facts),
-        "Where others are ahead: [limits](limits.md). Beside this page, once measured: maps, registration without a prior, the node "
+        "Where others are ahead: [limits](limits.md). Beside this page, once measured: maps, registration without a prior, trajectories "
         "(`scripts/results --help`).",
         "## All scenes", "Success up to 0.5 m and 0.25 rad [%], in brackets answers that are accepted and wrong [%]:",
         summary_table(scenes), "Median of the successes there [mm / mrad]:", median_table(scenes), NOTES.strip(),

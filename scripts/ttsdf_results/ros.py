@@ -1,9 +1,7 @@
 """A ROS master and logs of its own: nothing here meets another roscore of this machine."""
 
 import contextlib
-import os
 import random
-import signal
 import socket
 import subprocess
 import tempfile
@@ -32,15 +30,3 @@ class Ros:
         self.home = tempfile.TemporaryDirectory(prefix="ttsdf_results_ros_")
         self.environment.update(ROS_MASTER_URI=f"http://localhost:{self.port}", ROS_HOSTNAME="localhost",
                                 ROS_HOME=self.home.name, ROS_LOG_DIR=self.home.name + "/log")
-
-    def launch(self, log, file, *arguments):
-        with open(log, "w") as out:
-            process = subprocess.Popen(["roslaunch", "-p", str(self.port), "ttsdf_localization", file, *arguments], stdout=out,
-                                       stderr=subprocess.STDOUT, env=self.environment, start_new_session=True)
-            try:
-                code = process.wait(timeout=1200)
-            except BaseException:
-                os.killpg(process.pid, signal.SIGTERM)
-                raise
-        if code != 0:
-            raise StepError(f"{file} failed: see {log}")

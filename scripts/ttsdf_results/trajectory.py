@@ -17,13 +17,14 @@ import subprocess
 import sys
 
 import numpy as np
-import rosbag
 
-from depth_frames import INTRINSICS_NAMES, FrameFolder
+from depth_frames import INTRINSICS_NAMES, FrameError, FrameFolder
+from trajectory_files import TrajectoryError, match, read_trajectory
 
 from .store import ROOT
 
 WRONG = 0.1  # [m]
+SAME_STAMP = 0.001  # [s]
 NO_POSE = 3  # exit code of offline_localizer
 
 
@@ -35,6 +36,7 @@ def call(*command, also=()):
     result = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
     if result.returncode not in (0, *also):
         raise RunError(f"{command[0]}: {(result.stdout.strip().splitlines() or [result.returncode])[-1]}")
+    return result.returncode
 
 
 def link_frames(frames, every, without_middle, folder):
@@ -56,17 +58,11 @@ def link_frames(frames, every, without_middle, folder):
     return third
 
 
-def truth_of(bag):
-    with rosbag.Bag(str(bag)) as opened:
-        messages = [message for _, message, _ in opened.read_messages(topics=["ground_truth"])]
-    return {round(m.header.stamp.to_sec(), 4): np.array([m.pose.position.x, m.pose.position.y, m.pose.position.z]) for m in messages}
-
-
 def errors_of(poses, truth):
-    """stamp -> distance from the truth of every pose that was published [m]."""
-    rows = [line.split() for line in poses.read_text().splitlines() if line and not line.startswith("#")] if poses.exists() else []
-    found = {round(float(row[0]), 4): np.array(row[1:4], dtype=float) for row in rows}
-    return {stamp: float(np.linalg.norm(position - truth[stamp])) for stamp, position in found.items() if stamp in truth}
+    """stamp of the truth -> distance from it of every pose that was published [m]."""
+    estimate = read_trajectory(str(poses))
+    return {truth.stamps[i]: float(np.linalg.norm(truth.transforms[i][:3, 3] - estimate.transforms[j][:3, 3]))
+            for i, j in match(truth, estimate, SAME_STAMP)}
 
 
 def result_of(errors, truth, statuses, begin):
@@ -77,7 +73,7 @@ def result_of(errors, truth, statuses, begin):
     with statuses.open() as file:
         states = [(float(row["stamp"]), row["state"]) for row in csv.DictReader(file)]
     doubted = [stamp for stamp, state in states if stamp >= begin and state != "tracking"]
-    return {"scans": len(truth), "poses": len(errors), "wrong": len(wrong),
+    return {"scans": len(truth.stamps), "poses": len(errors), "wrong": len(wrong),
             "rmse": float(np.sqrt(np.mean(values ** 2))) if len(values) else None,
             "largest": float(values.max()) if len(values) else None,
             "last_wrong_after": wrong[-1] - begin if wrong and wrong[-1] >= begin else None,
@@ -108,14 +104,15 @@ def main(arguments):
         odometry = ["--no-odometry"] if a.no_odometry else []
         call(ROOT / "scripts" / "frames_to_bag", frames, bag, "--rate", a.rate, "--depth-scale", a.depth_scale,
              "--compression", "none", *odometry)
-        call(a.localizer, bag, "--map", a.map, "--depth", "camera/depth/image_rect", "--trajectory", poses, "--statuses", statuses,
+        code = call(a.localizer, bag, "--map", a.map, "--depth", "camera/depth/image_rect", "--trajectory", poses, "--statuses", statuses,
              *(["--set", "odom_frame_id=none"] if a.no_odometry else []), also=(NO_POSE,))
-        truth = truth_of(bag)
-        begin = sorted(truth)[after]
-        (a.output / "result.json").write_text(json.dumps(result_of(errors_of(poses, truth), truth, statuses, begin)) + "\n")
-    except RunError as error:
+        truth = read_trajectory(f"{bag}:ground_truth")
+        errors = {} if code == NO_POSE else errors_of(poses, truth)
+        (a.output / "result.json").write_text(json.dumps(result_of(errors, truth, statuses, truth.stamps[after])) + "\n")
+    except (RunError, FrameError, TrajectoryError) as error:
         print(f"trajectory: error: {error}", file=sys.stderr)
         return 1
     finally:
-        bag.unlink() if bag.exists() else None
+        if bag.exists():
+            bag.unlink()
     return 0

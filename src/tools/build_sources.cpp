@@ -1,7 +1,6 @@
 #include "ttsdf_localization/tools/build_sources.h"
 
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -9,9 +8,9 @@
 #include <stdexcept>
 
 #include "source_flags.h"
+#include "source_frames.h"
 #include "ttsdf_localization/build_steps/extent.h"
 #include "ttsdf_localization/exports/octomap_import.h"
-#include "ttsdf_localization/frames/frame_check.h"
 #include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/fusion/cloud_surface.h"
 #include "ttsdf_localization/mesh/mesh_sampling.h"
@@ -26,12 +25,9 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void skip(const FrameEntry& frame, std::string reason, Progress& progress, BuildSource& source) {
-  const bool named = reason.find(frame.depth_path) != std::string::npos ||
-                     (!frame.pose_path.empty() && reason.find(frame.pose_path) != std::string::npos);
-  if (!named) reason = "'" + frame.depth_path + "': " + reason;
-  progress.warn("frame skipped: " + reason);
-  source.skipped.push_back(reason);
+void skip(const FrameEntry& frame, const std::string& reason, Progress& progress, BuildSource& source) {
+  source.skipped.push_back(withFile(frame, reason));
+  progress.warn("frame skipped: " + source.skipped.back());
   source.skipped_names.push_back(std::filesystem::path(frame.depth_path).filename().string());
 }
 
@@ -50,31 +46,9 @@ void skipStrayPoses(const FrameFolder& folder, std::vector<FrameEntry>& frames, 
   const auto stray = strayPoses(poses);
   for (auto it = stray.rbegin(); it != stray.rend(); ++it) {
     const auto frame = frames.begin() + static_cast<std::ptrdiff_t>(places[it->first]);
-    skip(*frame,
-         "'" + (frame->pose_path.empty() ? frame->depth_path : frame->pose_path) + "': the pose lies " +
-             std::to_string(std::lround(it->second)) + " m from the middle of all others",
-         progress, source);
+    skip(*frame, strayPoseReason(*frame, it->second), progress, source);
     frames.erase(frame);
   }
-}
-
-/// Before an hour is spent.
-FrameCheck checkAgreement(const BuildArguments& a, const FrameFolder& folder, const FrameFolderOptions& given,
-                          const std::vector<FrameEntry>& frames, Progress& progress) {
-  progress.update("comparing frames", 0.0);
-  FrameCheckOptions options;
-  options.min_depth = a.fusion.min_depth;
-  options.max_depth = a.fusion.max_depth;
-  const FrameCheck check = checkFrames(folder, given, frames, options);
-  using Verdict = FrameCheck::Verdict;
-  if (check.verdict() == Verdict::kNonsense && !a.trust_frames) {
-    throw std::runtime_error("frame folder '" + a.frames + "': " + check.message() +
-                             " (--trust-frames builds anyway)");
-  }
-  if (check.verdict() == Verdict::kDoubtful || check.verdict() == Verdict::kNonsense) {
-    progress.warn(check.message());
-  }
-  return check;
 }
 
 /// Nothing was fused: what the readings are like says why.

@@ -1,7 +1,6 @@
 // update: new frames change the maps that they see, and no other.
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -9,9 +8,9 @@
 #include <stdexcept>
 
 #include "../source_flags.h"
+#include "../source_frames.h"
 #include "atlas_commands.h"
 #include "map_change.h"
-#include "ttsdf_localization/frames/frame_check.h"
 #include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/fusion/volume_parts.h"
 #include "ttsdf_localization/mapping/map_builder.h"
@@ -44,7 +43,7 @@ class NewFrames {
         list_(folder_.select(a.every, a.offset)),
         skipped_(list_.size(), false) {
     readPoses();
-    if (left() > 0 && !folder_.holdsClouds()) checkAgreement();
+    if (left() > 0 && !folder_.holdsClouds()) requireAgreement();
   }
   std::size_t size() const { return list_.size(); }
   /// Those that can be used, as far as is known.
@@ -87,14 +86,10 @@ class NewFrames {
     }
     return !skipped_[n];
   }
-  void skip(std::size_t n, std::string reason) {
-    const FrameEntry& frame = list_[n];
-    const bool named = reason.find(frame.depth_path) != std::string::npos ||
-                       (!frame.pose_path.empty() && reason.find(frame.pose_path) != std::string::npos);
-    if (!named) reason = "'" + frame.depth_path + "': " + reason;
-    progress_.warn("frame skipped: " + reason);
+  void skip(std::size_t n, const std::string& reason) {
+    reasons_.push_back(withFile(list_[n], reason));
+    progress_.warn("frame skipped: " + reasons_.back());
     skipped_[n] = true;
-    reasons_.push_back(reason);
   }
   void readPoses() {
     std::vector<Eigen::Isometry3d> usable;
@@ -106,30 +101,16 @@ class NewFrames {
       places.push_back(n);
     }
     for (const auto& [place, distance] : strayPoses(usable)) {
-      const FrameEntry& frame = list_[places[place]];
-      skip(places[place], "'" + (frame.pose_path.empty() ? frame.depth_path : frame.pose_path) +
-                              "': the pose lies " + std::to_string(std::lround(distance)) +
-                              " m from the middle of all others");
+      skip(places[place], strayPoseReason(list_[places[place]], distance));
     }
   }
   /// Before the first map is changed: frames that contradict one another would spoil good maps.
-  void checkAgreement() {
-    progress_.update("comparing frames", 0.0);
+  void requireAgreement() {
     std::vector<FrameEntry> usable;
     for (std::size_t n = 0; n < list_.size(); ++n) {
       if (!skipped_[n]) usable.push_back(list_[n]);
     }
-    FrameCheckOptions options;
-    options.min_depth = a_.fusion.min_depth;
-    options.max_depth = a_.fusion.max_depth;
-    const FrameCheck check = checkFrames(folder_, options_, usable, options);
-    using Verdict = FrameCheck::Verdict;
-    if (check.verdict() == Verdict::kNonsense && !a_.trust_frames) {
-      throw std::runtime_error("frame folder '" + a_.frames + "': " + check.message() +
-                               " (--trust-frames updates anyway)");
-    }
-    if (check.verdict() == Verdict::kDoubtful || check.verdict() == Verdict::kNonsense)
-      progress_.warn(check.message());
+    checkAgreement(a_, folder_, options_, usable, progress_);
   }
 
   const BuildArguments& a_;
