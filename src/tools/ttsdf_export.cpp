@@ -40,8 +40,8 @@ int run(int argc, char** argv) {
     throw ttsdf::UsageError(
         "got nothing to write, wanted --surface, --cloud, --vdb, --occupancy, --octomap or --slice");
   }
-  const ttsdf::TtSdfMap map = ttsdf::loadMap(a.map);
   ttsdf::Progress progress("ttsdf_export");
+  const ttsdf::TtSdfMap map = ttsdf::loadMap(a.map);
   progress.update("surface", 0.0);
   if (!a.surface.empty() || !a.cloud.empty()) {
     const ttsdf::SurfaceMesh mesh = ttsdf::extractSurface(map);

@@ -2,9 +2,12 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
+#include <optional>
 #include <sstream>
 
 #include "ttsdf_localization/field/long_range_field.h"
@@ -12,6 +15,7 @@
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/json_file.h"
 #include "ttsdf_localization/tools/map_memory.h"
+#include "ttsdf_localization/tools/progress.h"
 #include "ttsdf_localization/tools/spectra.h"
 
 namespace {
@@ -116,15 +120,23 @@ std::string plainText(const Json::Value& value) {
   return text;
 }
 
+/// Texts of a file go to a terminal: nothing that it would obey.
+std::string printable(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(),
+      [](char c) { return c != '\n' && std::iscntrl(static_cast<unsigned char>(c)) != 0; }, '?');
+  return text;
+}
+
 void printPlain(const Json::Value& root, const std::string& indent = "") {
   for (const auto& key : root.getMemberNames()) {
     const auto& value = root[key];
     if (value.isObject()) {
       if (value.empty()) continue;
-      std::cout << indent << key << ":\n";
+      std::cout << indent << printable(key) << ":\n";
       printPlain(value, indent + "  ");
     } else {
-      std::cout << indent << key << ": " << plainText(value) << '\n';
+      std::cout << indent << printable(key) << ": " << printable(plainText(value)) << '\n';
     }
   }
 }
@@ -169,11 +181,13 @@ int run(int argc, char** argv) {
       .value("memory-megabytes", "N", memory_megabytes, "Bound on what the map takes in memory.")
       .value("plot", "FILE.png", picture, "Draws slices, surface and spectra (needs python3-matplotlib).");
   if (!line.parse(argc, argv, std::cout)) return 0;
-  const auto map = ttsdf::loadMap(map_path);  // its errors name the file
+  std::optional<ttsdf::Progress> progress(std::in_place, "ttsdf_info");  // a few bytes can hold a huge mask
+  const auto map = ttsdf::loadMap(map_path);                             // its errors name the file
   const auto bytes = ttsdf::readFile(map_path);
   auto root = describe(map, ttsdf::fileInfo(bytes.data(), bytes.size()), spectra);
   root["memory"] = memory(map, memory_megabytes);
   root["memory_bytes"] = root["memory"]["map_memory_bytes"];
+  progress.reset();
   if (json) {
     std::cout << ttsdf::toText(root);
   } else {

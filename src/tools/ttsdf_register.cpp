@@ -158,6 +158,7 @@ int run(int argc, char** argv) {
   if (!line.parse(argc, argv, std::cout)) return 0;
   check(a);
   const auto entries = ttsdf::readBatch(a.batch);
+  ttsdf::Progress progress("ttsdf_register");
   const ttsdf::ResidentMemory before = ttsdf::residentMemory();
   const auto loading = std::chrono::steady_clock::now();
   Task task(a, ttsdf::loadMap(a.map));
@@ -169,7 +170,6 @@ int run(int argc, char** argv) {
   out << ttsdf::kRegistrationCsvHeader << '\n';
   if (!a.uncertainty.empty()) ttsdf::writeUncertaintyHeader(uncertainty);
   std::vector<double> milliseconds;
-  ttsdf::Progress progress("ttsdf_register");
   std::string first_error;
   std::size_t unreadable = 0;
   for (std::size_t n = 0; n < entries.size(); ++n) {
