@@ -208,6 +208,12 @@ bool isTwin(const Hotel& hotel, const HotelRoom& room) {
   return same > 1;
 }
 
+/// A pose of the index from which the right one can be reached.
+bool leadsTo(const Eigen::Isometry3d& truth, const PlaceIndex::Hypothesis& one, const Atlas& atlas) {
+  const PoseError apart = poseError(truth, one.poseIn(atlas.find(one.map)->box()));
+  return apart.translation < 0.4 && apart.rotation < 0.2;
+}
+
 /// Scans in the rooms, without a prior, gravity known.
 void whichMap(const std::string& folder, const Hotel& hotel, int count, double width, int max_maps) {
   constexpr double kRight = 50.0;  // [mm]
@@ -220,7 +226,7 @@ void whichMap(const std::string& folder, const Hotel& hotel, int count, double w
   if (max_maps > 0) options.search.max_maps = max_maps;
   AtlasLocator locator(folder, atlas, options);
   std::map<std::string, int> single, twins;
-  std::vector<double> seconds, work, ranks, differences, left, ranking;
+  std::vector<double> seconds, work, ranks, differences, left, ranking, poses;
   int wrong = 0;
   for (int n = 0; n < count; ++n) {
     const HotelRoom& room =
@@ -247,6 +253,11 @@ void whichMap(const std::string& folder, const Hotel& hotel, int count, double w
       }
     }
     left.push_back(below);
+    const auto hypotheses = locator.index().hypotheses(scan, down);
+    std::size_t pose = 0;
+    while (pose < hypotheses.size() && !leadsTo(truth, hypotheses[pose], atlas)) ++pose;
+    poses.push_back(pose < hypotheses.size() ? static_cast<double>(pose + 1) : INFINITY);
+    const double its = pose < hypotheses.size() ? hypotheses[pose].difference : 1.0;
     ranks.push_back(static_cast<double>(place == 0 ? ranked.size() : place));
     begin = Clock::now();
     rusage before{}, after{};
@@ -263,11 +274,13 @@ void whichMap(const std::string& folder, const Hotel& hotel, int count, double w
     std::string outcome = found.success ? (error < kRight ? "right" : "wrong") : name(found.reason);
     if (std::getenv("ATLAS_DRIVE_SCANS")) {
       std::printf(
-          "%d %s%s: %.0f mm off, rank %zu of %zu, difference %.2f, best %.2f, %d left, %zu candidates, %.1f "
-          "s\n",
-          n, outcome.c_str(), twin ? " (twin)" : "", error, place, ranked.size(),
-          differences.empty() ? 1.0 : differences.back(), ranked.front().difference, below,
-          found.candidates.size(), seconds.back());
+          "%d %s%s: %.0f mm off, map rank %zu of %zu, pose rank %.0f of %zu, difference %.3f, best %.3f, "
+          "1000th %.3f, %zu candidates, scores %.3f %.3f, %.1f s\n",
+          n, outcome.c_str(), twin ? " (twin)" : "", error, place, ranked.size(), poses.back(),
+          hypotheses.size(), its, hypotheses.empty() ? 1.0 : hypotheses.front().difference,
+          hypotheses.size() < 1000 ? 1.0 : hypotheses[999].difference, found.candidates.size(),
+          found.candidates.empty() ? 1.0 : found.candidates[0].score(),
+          found.candidates.size() < 2 ? 1.0 : found.candidates[1].score(), work.back());
       std::fflush(stdout);
     }
     wrong += outcome == "wrong" ? 1 : 0;
@@ -294,6 +307,12 @@ void whichMap(const std::string& folder, const Hotel& hotel, int count, double w
         return sum / count;
       }(),
       quantile(ranking, 0.5));
+  std::printf("  poses of the index: the right one among the first");
+  for (const int k : {1, 10, 30, 100, 300, 1000}) {
+    int within = 0;
+    for (const double rank : poses) within += rank <= k ? 1 : 0;
+    std::printf(" %d in %d%s", k, within, k == 1000 ? "\n" : ",");
+  }
   std::printf("  a scan: %.2f s by the clock (median), %.2f s of work (median), %.2f s of work at the most\n",
               quantile(seconds, 0.5), quantile(work, 0.5), quantile(work, 1.0));
 }

@@ -15,6 +15,7 @@ ttsdf_library(ttsdf_atlas
     src/atlas/map_shelf.cpp
     src/atlas/map_difference.cpp
     src/atlas/atlas_loader.cpp
+    src/atlas/scan_views.cpp
     src/atlas/place_index.cpp
     src/atlas/place_index_file.cpp
     src/atlas/search_window.cpp

@@ -79,6 +79,7 @@ ttsdf_ros_library(ttsdf_ros
     src/ros/maps/atlas_client.cpp
     src/ros/maps/atlas_messages.cpp
     src/ros/maps/atlas_source.cpp
+    src/ros/maps/folder_watch.cpp
     src/ros/scans/scan_queue.cpp
     src/ros/scans/scan_localizer.cpp
     src/ros/node/live_parameters.cpp
@@ -98,6 +99,7 @@ ttsdf_node(localization_node SOURCES src/nodes/localization_node.cpp LIBS ttsdf_
 ttsdf_unit_test(ros/cloud_conversion_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/conversions_test.cpp LIBS ttsdf_ros ttsdf_compression)
 ttsdf_unit_test(ros/clock_watch_test.cpp LIBS ttsdf_ros)
+ttsdf_unit_test(ros/folder_watch_test.cpp LIBS ttsdf_ros ttsdf_atlas)
 ttsdf_unit_test(ros/pose_store_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/parameters_test.cpp LIBS ttsdf_ros yaml-cpp)
 if(TARGET ros_parameters_test)

@@ -10,6 +10,8 @@ namespace ttsdf {
 
 namespace {
 
+constexpr double kIndexShare = 0.3;  // of the progress, where maps may have to be searched, too
+
 /// Maps that are searched at once, and those around them.
 struct SearchArea {
   std::vector<PlacedField> maps;  ///< those that are searched first
@@ -46,26 +48,82 @@ SearchArea takeArea(std::vector<std::string>& names, const MapsAround& maps, int
   return area;
 }
 
-/// The best pose that starts in an area lead to, and the runner-up if that is a twin.
+/// The best pose of an area, and the runner-up if that is a twin.
+void addFound(const SearchArea& area, RegistrationResult result, std::vector<AtlasCandidate>& found) {
+  const auto mapAt = [&](const Eigen::Isometry3d& T) {
+    return area.maps[deepestOf(area.maps, T.translation())].name;
+  };
+  AtlasCandidate best;
+  best.result = std::move(result);
+  best.T_atlas_sensor = best.result.T_map_sensor;
+  best.map = mapAt(best.T_atlas_sensor);
+  found.push_back(best);
+  if (best.result.reason != TerminationReason::kAmbiguous) return;
+  AtlasCandidate other = best;
+  other.T_atlas_sensor = other.result.T_map_sensor = best.result.T_map_runner_up;
+  other.map = mapAt(other.T_atlas_sensor);
+  other.result.score = best.result.runner_up_score;
+  other.result.blocked_ratio = 0.0;  // it is in the runner-up's score
+  found.push_back(other);
+}
+
+/// Starts everywhere in an area.
 void searchArea(const SearchArea& area, const ScanPoints& points,
                 const std::optional<Eigen::Vector3d>& down_sensor, const AtlasSearchOptions& options,
                 const ProgressCallback& progress, std::vector<AtlasCandidate>& found) {
   const auto field = std::make_shared<const AtlasField>(area.maps);
   Registration registration(std::make_shared<const SearchWindow>(field, area.searched), options.registration,
                             field->farField());
-  AtlasCandidate best;
-  best.result = localizeGlobally(registration, points, down_sensor, -Eigen::Vector3d::UnitZ(), options.global,
-                                 progress);
-  best.T_atlas_sensor = best.result.T_map_sensor;
-  best.map = area.maps[deepestOf(area.maps, best.T_atlas_sensor.translation())].name;
-  found.push_back(best);
-  if (best.result.reason != TerminationReason::kAmbiguous) return;
-  AtlasCandidate other = best;
-  other.T_atlas_sensor = other.result.T_map_sensor = best.result.T_map_runner_up;
-  other.map = area.maps[deepestOf(area.maps, other.T_atlas_sensor.translation())].name;
-  other.result.score = best.result.runner_up_score;
-  other.result.blocked_ratio = 0.0;  // it is in the runner-up's score
-  found.push_back(other);
+  addFound(area,
+           localizeGlobally(registration, points, down_sensor, -Eigen::Vector3d::UnitZ(), options.global,
+                            progress),
+           found);
+}
+
+bool samePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double distance, double angle) {
+  const PoseError apart = poseError(a, b);
+  return apart.translation < distance && apart.rotation < angle;
+}
+
+/// A pose of the index, and how much the scan differs from what is seen there.
+struct Start {
+  Eigen::Isometry3d T_atlas_sensor;
+  double difference;
+};
+
+/// Poses of the index in the maps that an area searches, the most alike first, each place once.
+std::vector<Start> startsIn(const SearchArea& area, const std::vector<PlaceIndex::Hypothesis>& hypotheses,
+                            std::size_t most) {
+  constexpr double kSame = 0.2, kSameTurn = 0.1;  // [m], [rad]
+  std::vector<Start> starts;
+  for (std::size_t n = 0; n < most; ++n) {
+    const auto map =
+        std::find_if(area.maps.begin(), area.maps.begin() + static_cast<std::ptrdiff_t>(area.searched),
+                     [&](const PlacedField& one) { return one.name == hypotheses[n].map; });
+    if (map == area.maps.begin() + static_cast<std::ptrdiff_t>(area.searched)) continue;
+    const Eigen::Isometry3d T = hypotheses[n].poseIn(boxInAtlas(*map));
+    const bool known = std::any_of(starts.begin(), starts.end(), [&](const Start& other) {
+      return samePlace(T, other.T_atlas_sensor, kSame, kSameTurn);
+    });
+    if (!known) starts.push_back({T, hypotheses[n].difference});
+  }
+  return starts;
+}
+
+/// What global localization in one map asks of its answer.
+void applyThresholds(const GlobalOptions& options, RegistrationResult& best) {
+  if (!best.success) return;
+  const double score = best.score + best.blocked_ratio;
+  best.success = false;
+  if (score > options.max_score) {
+    best.reason = TerminationReason::kLowScore;
+  } else if (best.confidence < options.min_confidence) {
+    best.reason = TerminationReason::kUnsure;
+  } else if (best.runner_up_score - score < options.min_margin) {
+    best.reason = TerminationReason::kAmbiguous;
+  } else {
+    best.success = true;
+  }
 }
 
 /// Overlapping maps find the same place: its best explanation stays.
@@ -75,8 +133,7 @@ std::vector<AtlasCandidate> distinct(std::vector<AtlasCandidate> found, double s
   std::vector<AtlasCandidate> kept;
   for (AtlasCandidate& candidate : found) {
     const bool known = std::any_of(kept.begin(), kept.end(), [&](const AtlasCandidate& other) {
-      return poseError(candidate.T_atlas_sensor, other.T_atlas_sensor).translation < same_place &&
-             poseError(candidate.T_atlas_sensor, other.T_atlas_sensor).rotation < 0.5;
+      return samePlace(candidate.T_atlas_sensor, other.T_atlas_sensor, same_place, 0.5);
     });
     if (!known) kept.push_back(std::move(candidate));
   }
@@ -136,6 +193,61 @@ SearchPlan planOf(const PlaceIndex& index, const ScanPoints& points,
   return plan;
 }
 
+/// What registering the scan from the poses of the index says.
+struct IndexSearch {
+  std::vector<AtlasCandidate> found;
+  std::vector<Start> starts;
+  double left_out = 1.0;  ///< least difference of what was not tried
+  bool complete = true;   ///< every map could be used
+  bool cancelled = false;
+
+  /// No pose that was left out looks as alike as the place at T.
+  bool covers(const Eigen::Isometry3d& T) const {
+    constexpr double kMargin = 0.05;  // a place may look worse than its twin by this, a metre between places
+    constexpr double kNear = 0.6, kNearTurn = 0.3;  // [m], [rad]
+    double here = 1.0;
+    for (const Start& start : starts) {
+      if (samePlace(T, start.T_atlas_sensor, kNear, kNearTurn)) here = std::min(here, start.difference);
+    }
+    return here + kMargin <= left_out;
+  }
+};
+
+IndexSearch searchFromIndex(const PlaceIndex& index, const MapsAround& maps, const ScanPoints& points,
+                            const Eigen::Vector3d& down, const AtlasSearchOptions& options,
+                            const ProgressCallback& progress) {
+  IndexSearch search;
+  const auto hypotheses = index.hypotheses(points, down);
+  const std::size_t most =
+      std::min(hypotheses.size(), static_cast<std::size_t>(std::max(1, options.hypotheses)));
+  if (most < hypotheses.size()) search.left_out = hypotheses[most].difference;
+  std::vector<std::string> names;
+  for (std::size_t n = 0; n < most; ++n) {
+    if (std::find(names.begin(), names.end(), hypotheses[n].map) == names.end())
+      names.push_back(hypotheses[n].map);
+  }
+  const auto count = static_cast<double>(names.size());
+  const auto goesOn = [&] {
+    return !progress || progress(1.0 - static_cast<double>(names.size()) / std::max(1.0, count));
+  };
+  for (search.cancelled = !goesOn(); !names.empty() && !search.cancelled; search.cancelled = !goesOn()) {
+    const SearchArea area = takeArea(names, maps, options.maps_at_once);
+    search.complete = search.complete && area.searched > 0;
+    const std::vector<Start> starts = startsIn(area, hypotheses, most);
+    if (starts.empty()) continue;
+    const auto field = std::make_shared<const AtlasField>(area.maps);
+    Registration registration(field, options.registration, field->farField());
+    std::vector<Eigen::Isometry3d> poses;
+    for (const Start& start : starts) poses.push_back(start.T_atlas_sensor);
+    RegistrationResult result =
+        registration.alignFrom(points, poses, PosePrior{poses.front(), Matrix6d::Zero()});
+    applyThresholds(options.global, result);
+    addFound(area, std::move(result), search.found);
+    search.starts.insert(search.starts.end(), starts.begin(), starts.end());
+  }
+  return search;
+}
+
 }  // namespace
 
 AtlasLocation locateInAtlas(const PlaceIndex& index, const MapsAround& maps, const ScanPoints& points,
@@ -148,6 +260,27 @@ AtlasLocation locateInAtlas(const PlaceIndex& index, const MapsAround& maps, con
   const auto count = static_cast<double>(names.size());
   std::vector<AtlasCandidate> found;
   bool cancelled = false;
+  double begins = 0.0;
+  if (down_sensor) {
+    begins = plan.complete ? kIndexShare : 1.0;
+    IndexSearch search = searchFromIndex(index, maps, points, *down_sensor, options,
+                                         [&](double done) { return !progress || progress(begins * done); });
+    found = search.found;
+    location.candidates = distinct(std::move(search.found), options.same_place);
+    if (search.cancelled) {
+      location.reason = TerminationReason::kCancelled;
+      return location;
+    }
+    if (!location.candidates.empty()) {
+      const bool covered = search.complete && unknown.empty() &&
+                           location.candidates.front().score() <= options.sure_score &&
+                           search.covers(location.candidates.front().T_atlas_sensor);
+      settleLocation(options, covered, location);
+    }
+    const bool settled = location.success || location.reason == TerminationReason::kAmbiguous;
+    if (settled || !plan.complete) return location;
+    location = AtlasLocation();
+  }
   while (!names.empty() && !cancelled) {
     const double before = count - static_cast<double>(names.size());
     const SearchArea area = takeArea(names, maps, options.maps_at_once);
@@ -157,7 +290,7 @@ AtlasLocation locateInAtlas(const PlaceIndex& index, const MapsAround& maps, con
     }
     const ProgressCallback share = [&](double done) {
       const double sum = before + done * static_cast<double>(area.searched);
-      if (progress && !progress(sum / count)) cancelled = true;
+      if (progress && !progress(begins + (1.0 - begins) * sum / count)) cancelled = true;
       return !cancelled;
     };
     searchArea(area, points, down_sensor, options, share, found);

@@ -14,8 +14,10 @@ namespace ttsdf {
 
 namespace {
 
-constexpr char kMagic[] = "TTSDFPL2";
+constexpr char kMagic[] = "TTSDFPL3";
+constexpr char kAnyVersion[] = "TTSDFPL";  // an older one is replaced
 constexpr std::size_t kMagicBytes = 8, kCrcBytes = 4;
+constexpr std::size_t kPlaceBytes = sizeof(PlaceRanges) + 3 * 2;
 
 std::uint32_t crcOf(const std::uint8_t* data, std::size_t size) {
   return static_cast<std::uint32_t>(crc32_z(0, data, size));
@@ -87,7 +89,13 @@ std::vector<std::uint8_t> serialize(const PlaceIndex& index) {
     bytes.insert(bytes.end(), map.name.begin(), map.name.end());
     put(bytes, map.key);
     put(bytes, static_cast<std::uint32_t>(map.places.size()));
-    for (const PlaceRanges& place : map.places) bytes.insert(bytes.end(), place.begin(), place.end());
+    for (const Place& place : map.places) {
+      bytes.insert(bytes.end(), place.ranges.begin(), place.ranges.end());
+      for (const std::uint16_t steps : place.at) {
+        bytes.push_back(static_cast<std::uint8_t>(steps));
+        bytes.push_back(static_cast<std::uint8_t>(steps >> 8));
+      }
+    }
   }
   put(bytes, crcOf(bytes.data(), bytes.size()));
   return bytes;
@@ -95,7 +103,7 @@ std::vector<std::uint8_t> serialize(const PlaceIndex& index) {
 
 PlaceIndex deserializePlaces(const std::vector<std::uint8_t>& bytes) {
   if (bytes.size() < kMagicBytes + kCrcBytes || std::memcmp(bytes.data(), kMagic, kMagicBytes) != 0)
-    throw std::runtime_error("index of places: got another file, wanted one that begins with 'TTSDFPL2'");
+    throw std::runtime_error("index of places: got another file, wanted one that begins with 'TTSDFPL3'");
   const std::size_t body = bytes.size() - kCrcBytes;
   if (crcOf(bytes.data(), body) != Reader(bytes.data() + body, kCrcBytes).u32())
     throw std::runtime_error("index of places: got a damaged file, wanted its checksum (make it again)");
@@ -109,9 +117,16 @@ PlaceIndex deserializePlaces(const std::vector<std::uint8_t>& bytes) {
     map.name.assign(name, length);
     map.key = reader.u32();
     const std::uint32_t places = reader.u32();
-    const std::uint8_t* const ranges = reader.take(std::size_t{places} * sizeof(PlaceRanges));
+    const std::uint8_t* next = reader.take(std::size_t{places} * kPlaceBytes);
     map.places.resize(places);
-    if (places > 0) std::memcpy(map.places.data(), ranges, std::size_t{places} * sizeof(PlaceRanges));
+    for (Place& place : map.places) {
+      std::copy(next, next + place.ranges.size(), place.ranges.begin());
+      next += place.ranges.size();
+      for (std::uint16_t& steps : place.at) {
+        steps = static_cast<std::uint16_t>(next[0] | next[1] << 8);
+        next += 2;
+      }
+    }
     index.put(std::move(map));
   }
   if (reader.left() > 0) throw std::runtime_error("index of places: got bytes after the last map");
@@ -140,7 +155,7 @@ PlaceIndex readPlaceIndex(const std::string& folder, const Atlas& atlas) {
 
 void writePlaceIndex(const PlaceIndex& index, const std::string& folder) {
   writeFileAtomically((std::filesystem::path(folder) / kPlaceIndexFile).string(), serialize(index),
-                      FileKind{"an index of places", kMagic});
+                      FileKind{"an index of places", kAnyVersion});
 }
 
 }  // namespace ttsdf

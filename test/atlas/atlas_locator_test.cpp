@@ -82,7 +82,7 @@ TEST_F(Building, TheIndexIsReadWhereThereIsOne) {
 }
 
 TEST_F(Building, ADamagedIndexIsReportedAndMadeAgain) {
-  folder_.write(kPlaceIndexFile, "TTSDFPL2 and then rubbish");
+  folder_.write(kPlaceIndexFile, "TTSDFPL3 and then rubbish");
   AtlasLocator locator(folder_.path(), atlas_, options());
   ASSERT_EQ(locator.failed().count(""), 1u);
   EXPECT_NE(locator.failed().at("").find(kPlaceIndexFile), std::string::npos);

@@ -106,6 +106,50 @@ TEST_F(FiveRooms, TheIndexRanksTheRightMapAmongTheFirst) {
   EXPECT_LE(index.memoryBytes(), 300 * index.placeCount());
 }
 
+// From a pose that the index proposes, registration has to reach the right one.
+TEST_F(FiveRooms, TheIndexProposesPosesNearTheRightOne) {
+  const PlaceIndex index = indexOf(maps);
+  int near = 0;
+  for (int n = 0; n < 20; ++n) {
+    const int room = n % kRooms;
+    const auto T = cameraIn(room, n + 3);
+    const PlacedField& map = maps[static_cast<std::size_t>(room)];
+    const auto poses = index.hypotheses(castRays(roomNumber(room), T, wideDirections(), 0.005), down(T));
+    for (std::size_t k = 0; k < std::min<std::size_t>(100, poses.size()); ++k) {
+      if (poses[k].map != map.name) continue;
+      OrientedBox box;  // of the field's grid
+      box.T_atlas_box = map.T_atlas_map * map.field->geometry().T_map_grid;
+      box.T_atlas_box.pretranslate(map.T_atlas_map.linear() * map.field->geometry().origin);
+      const PoseError apart = poseError(map.T_atlas_map * T, poses[k].poseIn(box));
+      if (apart.translation > 0.4 || apart.rotation > 0.2) continue;
+      ++near;
+      break;
+    }
+  }
+  RecordProperty("near_of_20", near);
+  EXPECT_GE(near, 15);
+}
+
+// One map is searched at the most, and all are told apart: poses of the index need no search.
+TEST_F(FiveRooms, ScansAreFoundWithoutSearchingTheMaps) {
+  const PlaceIndex index = indexOf(maps);
+  int right = 0;
+  for (int n = 0; n < 10; ++n) {
+    const int room = n % kRooms;
+    const auto T = cameraIn(room, n + 3);
+    AtlasSearchOptions options;
+    options.max_maps = 1, options.excluded_difference = 1.1;  // none is excluded
+    const AtlasLocation found = locateInAtlas(
+        index, from(maps), castRays(roomNumber(room), T, wideDirections(), 0.005), down(T), options);
+    if (!found.success) continue;
+    const auto& map = maps[static_cast<std::size_t>(room)];
+    EXPECT_LT(poseError(map.T_atlas_map * T, found.candidates[0].T_atlas_sensor).translation, 0.05) << n;
+    ++right;
+  }
+  RecordProperty("right_of_10", right);
+  EXPECT_GE(right, 3);
+}
+
 TEST_F(FiveRooms, ScansAreFoundInTheirMap) {
   const PlaceIndex index = indexOf(maps);
   int right = 0, wrong = 0;

@@ -17,7 +17,7 @@ PlaceIndex::Entry entryNamed(const std::string& name, std::uint32_t key, std::si
     PlaceRanges ranges;
     for (std::size_t k = 0; k < ranges.size(); ++k)
       ranges[k] = static_cast<std::uint8_t>(7 * n + 3 * k + key);
-    entry.places.push_back(ranges);
+    entry.places.push_back({ranges, {static_cast<std::uint16_t>(300 * n), 65535, 7}});
   }
   return entry;
 }
@@ -100,6 +100,14 @@ TEST(PlaceIndexFile, OnlyEntriesThatFitTheAtlasAreRead) {
   EXPECT_EQ(fitting.maps()[0].name, "ccc");
   folder.write(kPlaceIndexFile, "nothing of the kind");
   EXPECT_THROW(readPlaceIndex(folder.path(), atlas), std::runtime_error);
+}
+
+TEST(PlaceIndexFile, ReplacesOneOfAnOlderVersionAndNoOtherFile) {
+  const TempFolder folder;
+  folder.write(kPlaceIndexFile, "TTSDFPL2 and its places");
+  EXPECT_NO_THROW(writePlaceIndex(smallIndex(), folder.path()));
+  folder.write(kPlaceIndexFile, "somebody's notes");
+  EXPECT_THROW(writePlaceIndex(smallIndex(), folder.path()), std::runtime_error);
 }
 
 }  // namespace

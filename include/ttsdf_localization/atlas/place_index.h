@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "ttsdf_localization/atlas/atlas_field.h"
+#include "ttsdf_localization/atlas/oriented_box.h"
 
 namespace ttsdf {
 
@@ -21,6 +22,17 @@ constexpr std::uint8_t kNoRange = 255;  ///< nothing known in this direction
 /// Ranges in steps of kPlaceRangeStep; row by row of azimuths.
 using PlaceRanges = std::array<std::uint8_t, kPlaceAzimuths * kPlaceElevations>;
 constexpr double kPlaceRangeStep = 0.03;  ///< [m]
+
+/// What is seen from a point, and where in its map's box the point lies.
+struct Place {
+  static constexpr double kStep = 0.01;  ///< of `at` [m]
+  PlaceRanges ranges;
+  std::array<std::uint16_t, 3> at;
+
+  static std::array<std::uint16_t, 3> stepsOf(const Eigen::Vector3d& in_box);
+  Eigen::Vector3d inBox() const { return kStep * Eigen::Vector3d(at[0], at[1], at[2]); }
+  bool operator==(const Place& other) const { return ranges == other.ranges && at == other.at; }
+};
 
 struct PlaceIndexOptions {
   double spacing = 1.0;    ///< of the places, along all axes [m]
@@ -34,11 +46,23 @@ class PlaceIndex {
     double difference;  ///< of its best place: 0 equal, 1 nothing alike
   };
 
+  /// A pose that would show about what the scan shows, to a fifth of the spacing and half an azimuth.
+  struct Hypothesis {
+    std::string map;
+    double difference;
+    Eigen::Vector3d place;   ///< in the map's box [m]
+    Eigen::Vector3d beside;  ///< of the sensor from the place, axes of the atlas [m]
+    Eigen::Quaterniond R_atlas_sensor;
+    Eigen::Isometry3d poseIn(const OrientedBox& box) const {
+      return Eigen::Translation3d(box.T_atlas_box * place + beside) * R_atlas_sensor;
+    }
+  };
+
   /// The places of a map.
   struct Entry {
     std::string name;
     std::uint32_t key = 0;  ///< what they were made from (placeKeys)
-    std::vector<PlaceRanges> places;
+    std::vector<Place> places;
   };
 
   explicit PlaceIndex(const PlaceIndexOptions& options = {}) : options_(options) {}
@@ -54,8 +78,12 @@ class PlaceIndex {
   /// Maps by their most alike place, the best first. `down_sensor`: unit vector.
   std::vector<Ranked> rank(const Eigen::Matrix3Xf& points_sensor, const Eigen::Vector3d& down_sensor) const;
 
+  /// Poses of all maps, the most alike first.
+  std::vector<Hypothesis> hypotheses(const Eigen::Matrix3Xf& points_sensor,
+                                     const Eigen::Vector3d& down_sensor) const;
+
   std::size_t placeCount() const;
-  std::size_t memoryBytes() const { return placeCount() * sizeof(PlaceRanges); }
+  std::size_t memoryBytes() const { return placeCount() * sizeof(Place); }
 
  private:
   PlaceIndexOptions options_;

@@ -12,6 +12,7 @@ namespace ttsdf {
 namespace {
 
 constexpr double kBringing = 30.0;    // [s] for the maps around a place that was found
+constexpr double kLookPeriod = 1.0;   // [s] between two looks at the folder
 constexpr double kServerRetry = 5.0;  // [s] a map that the server did not give is asked for again
 constexpr std::size_t kNamed = 8;     // twins and broken maps in a message
 
@@ -34,11 +35,13 @@ AtlasSource::AtlasSource(ros::NodeHandle& node, const MapSourceOptions& options,
                          MapSource::FailedCallback failed)
     : options_(options), localizer_(localizer), loaded_(std::move(loaded)), failed_(std::move(failed)) {
   if (options.map_source == "atlas") {
-    Atlas atlas = readAtlas(options.atlas_folder);
-    std::vector<std::uint8_t> places;
-    const std::string index = options.atlas_folder + "/" + kPlaceIndexFile;
-    if (std::filesystem::exists(index)) places = readFile(index);
-    useAtlas(std::move(atlas), mapFilesIn(options.atlas_folder), places);
+    const std::string seen = stateOfAtlas(options.atlas_folder);  // before it is read
+    useFolder();
+    watch_ = std::make_unique<FolderWatch>(
+        options.atlas_folder, seen, kLookPeriod, [this] { useFolder(); },
+        [this](const std::string& why) {
+          failed_("the atlas has changed and cannot be read, the one before stays: " + why);
+        });
     return;
   }
   client_ = std::make_unique<AtlasClient>(
@@ -50,7 +53,16 @@ AtlasSource::AtlasSource(ros::NodeHandle& node, const MapSourceOptions& options,
       failed_);
 }
 
+void AtlasSource::useFolder() {
+  Atlas atlas = readAtlas(options_.atlas_folder);
+  std::vector<std::uint8_t> places;
+  const std::string index = options_.atlas_folder + "/" + kPlaceIndexFile;
+  if (std::filesystem::exists(index)) places = readFile(index);
+  useAtlas(std::move(atlas), mapFilesIn(options_.atlas_folder), places);
+}
+
 void AtlasSource::stop() {
+  watch_.reset();
   if (client_) client_->stop();
 }
 

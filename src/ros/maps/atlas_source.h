@@ -11,6 +11,7 @@
 #include <string>
 
 #include "ros/maps/atlas_client.h"
+#include "ros/maps/folder_watch.h"
 #include "ros/maps/map_source.h"
 #include "ttsdf_localization/atlas/atlas_loader.h"
 #include "ttsdf_localization/atlas/atlas_locator.h"
@@ -45,6 +46,8 @@ class AtlasSource {
   AtlasLoaderStatus status() const;
 
  private:
+  /// What the folder holds now.
+  void useFolder();
   /// An atlas, or another edition of it.
   void useAtlas(Atlas atlas, const MapBytes& files, const std::vector<std::uint8_t>& places);
   void onField(const std::string& frame_id, const std::shared_ptr<const AtlasField>& field);
@@ -65,6 +68,7 @@ class AtlasSource {
   std::shared_ptr<AtlasLoader> loader_;
 
   std::unique_ptr<AtlasClient> client_;
+  std::unique_ptr<FolderWatch> watch_;  ///< of a local folder
 };
 
 }  // namespace ttsdf

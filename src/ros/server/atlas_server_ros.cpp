@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <exception>
-#include <filesystem>
 #include <stdexcept>
 #include <utility>
 
 #include "ros/maps/atlas_messages.h"
+#include "ros/maps/folder_watch.h"
 #include "ros/maps/service_answer.h"
 #include "ttsdf_localization/atlas/map_difference.h"
 #include "ttsdf_localization/atlas/place_index_file.h"
@@ -15,23 +15,8 @@ namespace ttsdf {
 
 namespace {
 
-namespace fs = std::filesystem;
 constexpr double kLookPeriod = 1.0;                                         // [s]
 constexpr std::size_t kMostMaps = 64, kMostBytes = std::size_t{128} << 20;  // of one answer
-
-/// Another text whenever a file was written.
-std::string stateOf(const std::string& folder) {
-  std::string text;
-  for (const char* name : {kAtlasFile, kPlaceIndexFile}) {
-    std::error_code error;
-    const fs::path path = fs::path(folder) / name;
-    const auto time = fs::last_write_time(path, error);
-    text += error ? std::string("none ") : std::to_string(time.time_since_epoch().count()) + ' ';
-    const auto size = fs::file_size(path, error);
-    text += error ? std::string("none ") : std::to_string(size) + ' ';
-  }
-  return text;
-}
 
 }  // namespace
 
@@ -45,7 +30,7 @@ AtlasServerRos::AtlasServerRos(ros::NodeHandle nh, const std::string& folder)
 }
 
 void AtlasServerRos::load() {
-  seen_ = stateOf(folder_);
+  seen_ = stateOfAtlas(folder_);
   auto atlas = std::make_shared<const Atlas>(readAtlas(folder_));
   std::vector<std::uint8_t> places;
   try {
@@ -65,7 +50,7 @@ void AtlasServerRos::load() {
 }
 
 void AtlasServerRos::lookForChanges() {
-  if (stateOf(folder_) == seen_) return;
+  if (stateOfAtlas(folder_) == seen_) return;
   try {
     load();
   } catch (const std::exception& error) {
