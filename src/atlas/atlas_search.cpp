@@ -277,8 +277,10 @@ AtlasLocation locateInAtlas(const PlaceIndex& index, const MapsAround& maps, con
                            search.covers(location.candidates.front().T_atlas_sensor);
       settleLocation(options, covered, location);
     }
-    const bool settled = location.success || location.reason == TerminationReason::kAmbiguous;
-    if (settled || !plan.complete) return location;
+    // Twins that explain the scan badly say little: the right place may not have been tried.
+    const bool twins = location.reason == TerminationReason::kAmbiguous &&
+                       location.candidates.front().score() <= options.sure_score;
+    if (location.success || twins || !plan.complete) return location;
     location = AtlasLocation();
   }
   while (!names.empty() && !cancelled) {
