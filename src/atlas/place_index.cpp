@@ -60,7 +60,7 @@ PlaceRanges lookAround(const DistanceField& field, const DistanceField& far_fiel
 
 }  // namespace
 
-std::array<std::uint16_t, 3> Place::stepsOf(const Eigen::Vector3d& in_box) {
+std::array<std::uint16_t, 3> IndexedPlace::stepsOf(const Eigen::Vector3d& in_box) {
   std::array<std::uint16_t, 3> steps{};
   for (std::size_t d = 0; d < 3; ++d) {
     const double count = std::round(in_box[static_cast<Eigen::Index>(d)] / kStep);
@@ -88,7 +88,7 @@ void PlaceIndex::add(const std::vector<PlacedField>& around, std::uint32_t key) 
         const Eigen::Vector3d p = box.T_atlas_box * box.size.cwiseProduct(share);
         if (deepestOf(around, p) != 0) continue;
         points.push_back((p - field.geometry().origin).cast<float>());
-        in_box.push_back(Place::stepsOf(box.size.cwiseProduct(share)));
+        in_box.push_back(IndexedPlace::stepsOf(box.size.cwiseProduct(share)));
       }
     }
   }
@@ -229,7 +229,7 @@ std::vector<PlaceIndex::Hypothesis> PlaceIndex::hypotheses(const Eigen::Matrix3X
   const Eigen::Quaterniond level = levelling(down_sensor);
   std::vector<Hypothesis> found;
   for (std::size_t n = 0; n < looked; ++n) {
-    const Place& place = maps_[compared[n].map].places[compared[n].place];
+    const IndexedPlace& place = maps_[compared[n].map].places[compared[n].place];
     const Turns turns = bestViews(views, place.ranges);
     for (const std::size_t turn : minima(turns, kTurns)) {
       const TurnedView& best = turns[turn];

@@ -89,7 +89,7 @@ std::vector<std::uint8_t> serialize(const PlaceIndex& index) {
     bytes.insert(bytes.end(), map.name.begin(), map.name.end());
     put(bytes, map.key);
     put(bytes, static_cast<std::uint32_t>(map.places.size()));
-    for (const Place& place : map.places) {
+    for (const IndexedPlace& place : map.places) {
       bytes.insert(bytes.end(), place.ranges.begin(), place.ranges.end());
       for (const std::uint16_t steps : place.at) {
         bytes.push_back(static_cast<std::uint8_t>(steps));
@@ -119,7 +119,7 @@ PlaceIndex deserializePlaces(const std::vector<std::uint8_t>& bytes) {
     const std::uint32_t places = reader.u32();
     const std::uint8_t* next = reader.take(std::size_t{places} * kPlaceBytes);
     map.places.resize(places);
-    for (Place& place : map.places) {
+    for (IndexedPlace& place : map.places) {
       std::copy(next, next + place.ranges.size(), place.ranges.begin());
       next += place.ranges.size();
       for (std::uint16_t& steps : place.at) {

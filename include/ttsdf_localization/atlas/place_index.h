@@ -24,14 +24,14 @@ using PlaceRanges = std::array<std::uint8_t, kPlaceAzimuths * kPlaceElevations>;
 constexpr double kPlaceRangeStep = 0.03;  ///< [m]
 
 /// What is seen from a point, and where in its map's box the point lies.
-struct Place {
+struct IndexedPlace {
   static constexpr double kStep = 0.01;  ///< of `at` [m]
   PlaceRanges ranges;
   std::array<std::uint16_t, 3> at;
 
   static std::array<std::uint16_t, 3> stepsOf(const Eigen::Vector3d& in_box);
   Eigen::Vector3d inBox() const { return kStep * Eigen::Vector3d(at[0], at[1], at[2]); }
-  bool operator==(const Place& other) const { return ranges == other.ranges && at == other.at; }
+  bool operator==(const IndexedPlace& other) const { return ranges == other.ranges && at == other.at; }
 };
 
 struct PlaceIndexOptions {
@@ -62,7 +62,7 @@ class PlaceIndex {
   struct Entry {
     std::string name;
     std::uint32_t key = 0;  ///< what they were made from (placeKeys)
-    std::vector<Place> places;
+    std::vector<IndexedPlace> places;
   };
 
   explicit PlaceIndex(const PlaceIndexOptions& options = {}) : options_(options) {}
@@ -83,7 +83,7 @@ class PlaceIndex {
                                      const Eigen::Vector3d& down_sensor) const;
 
   std::size_t placeCount() const;
-  std::size_t memoryBytes() const { return placeCount() * sizeof(Place); }
+  std::size_t memoryBytes() const { return placeCount() * sizeof(IndexedPlace); }
 
  private:
   PlaceIndexOptions options_;
