@@ -123,6 +123,12 @@ void Localizer::timeJumpedBack() {
     // covers.
     addGuess(*last_valid_);
     guesses.back().source = "last pose before the time jump";
+  } else if (confirming()) {
+    PoseGuess guess;
+    guess.T_map_base = motion_.lastPose();
+    guess.covariance = isotropicCovariance(options_.search.rotation_sigma, options_.search.translation_sigma);
+    guess.source = "pose that was not confirmed yet";
+    addGuess(guess);
   }
   if (!last_valid_ && !guesses_.empty()) {  // the same jump again: clock, scans and transforms all show it
     guesses = guesses_;

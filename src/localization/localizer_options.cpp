@@ -47,7 +47,8 @@ const OptionTable<GateOptions>& gateOptionTable() {
                "Largest angle of a tracked pose from its prior.")
           .add("max_guessed_translation", &O::max_guessed_translation, 0.0, 100.0, "m",
                "Without odometry, along directions that scans do not fix, the position is the last velocity "
-               "carried on: no pose is published when it may be off by more than this.")
+               "carried on: no pose is published when it may be off by more than this (two standard "
+               "deviations).")
           .add("max_degenerate_directions", &O::max_degenerate_directions, 0, 6, "",
                "Most directions without information: one wall or a floor leaves 3, a corridor 1.");
   return table;
@@ -68,7 +69,8 @@ const OptionTable<MotionOptions>& motionOptionTable() {
           .add("odometry_rotation_noise_per_metre", &O::odometry_rotation_noise_per_metre, 0.0, 10.0, "rad/m",
                "Standard deviation of the odometry's rotation per distance driven.")
           .add("velocity_translation_noise", &O::velocity_translation_noise, 0.0, 100.0, "m/s",
-               "Without odometry: largest standard deviation of the predicted position per time.")
+               "Without odometry: largest standard deviation of the predicted position per time; more after "
+               "motion that was less steady.")
           .add("velocity_rotation_noise", &O::velocity_rotation_noise, 0.0, 100.0, "rad/s",
                "Without odometry: largest standard deviation of the predicted rotation per time.")
           .add("acceleration", &O::acceleration, 0.0, 1000.0, "m/s^2",

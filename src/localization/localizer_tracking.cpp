@@ -14,6 +14,7 @@ namespace ttsdf {
 namespace {
 constexpr double kUsualGain = 0.01;
 constexpr double kLeap = 2.0;  // standard deviations from the prior beyond which a pose must fit very well
+constexpr double kSure = 2.0;  // standard deviations that a position may be off
 /// No prior is more certain than this [rad, m]: the map's own errors are the same in every scan.
 const Matrix6d kLeastCovariance = isotropicCovariance(5e-4, 1e-3);
 /// From the sensor's position to the base's, map axes [m].
@@ -55,6 +56,7 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
     if (!refusal) refusal = checkJump(jump, options_.gates);
   }
   if (!refusal) refusal = checkPlausible(scan, *prior, update.registration);
+  if (!refusal && returnsFromGuess(scan, update.registration)) return returnFromGuess(scan, *prior);
   if (!refusal) return accept(scan, *prior, update);
 
   if (!saysNothing(refusal.reason) && searchDue(scan.stamp, options_.recovery.search_period)) {
@@ -127,7 +129,8 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   motion_.correct(scan, update.T_map_base, update.covariance, result.degenerate_directions == 0);
   refused_in_row_ = 0;
   if (guessed) return followGuess(scan, guessed, update);
-  confirmations_left_ = std::max(0, confirmations_left_ - 1);
+  const bool fixed = result.degenerate_directions == 0 || motion_.guessedSigma(scan) == 0.0;
+  if (fixed) confirmations_left_ = std::max(0, confirmations_left_ - 1);
   if (confirmations_left_ > 0 || scan.stamp < confirmed_from_) {
     update.message = "confirming the pose found";
     return withState(update);
@@ -140,14 +143,29 @@ Refusal Localizer::checkMeasured(const LocalizerScan& scan, const RegistrationRe
   if (result.degenerate_directions == 0) return {};
   // A scan may bound a direction that it does not fix.
   const double sigma = std::min(motion_.guessedSigma(scan), largestSigma(result.covariance));
-  if (sigma <= options_.gates.max_guessed_translation) return {};
+  if (kSure * sigma <= options_.gates.max_guessed_translation) return {};
   char text[192];
   std::snprintf(
       text, sizeof(text),
-      "%d directions without information and no odometry: the position along them is good to %.2f m, "
+      "%d directions without information and no odometry: the position along them may be off by %.2f m, "
       "at most %.2f m allowed (max_guessed_translation)",
-      result.degenerate_directions, sigma, options_.gates.max_guessed_translation);
+      result.degenerate_directions, kSure * sigma, options_.gates.max_guessed_translation);
   return {RefusalReason::kDegenerate, text};
+}
+
+bool Localizer::returnsFromGuess(const LocalizerScan& scan, const RegistrationResult& result) const {
+  return result.degenerate_directions == 0 && motion_.measuredStamp() < motion_.lastStamp() &&
+         kSure * motion_.guessedSigma(scan) > options_.gates.max_jump_translation;
+}
+
+LocalizationUpdate Localizer::returnFromGuess(const LocalizerScan& scan, const Prediction& prior) {
+  LocalizationUpdate found = searchAround(scan, prior, options_.search);
+  const Refusal refusal = checkFoundNearLast(scan, found);
+  if (refusal) return refuse(scan, refusal, found);
+  const RegistrationResult& result = found.registration;
+  fillPose(scan, {result.T_map_sensor, result.covariance}, found);
+  motion_.correct(scan, found.T_map_base, found.covariance);
+  return startConfirming(scan, options_.recovery.confirmation_seconds, found);
 }
 
 LocalizationUpdate Localizer::followGuess(const LocalizerScan& scan, const Refusal& refusal,
@@ -169,8 +187,13 @@ LocalizationUpdate Localizer::acceptFound(const LocalizerScan& scan, Localizatio
   const Matrix6d spread = isotropicCovariance(search.rotation_sigma, search.translation_sigma);
   const RegistrationResult& result = update.registration;
   fillPose(scan, {result.T_map_sensor, noLooserThan(result.covariance, spread)}, update);
-  update.relocalized = true;
   motion_.setPose(scan, update.T_map_base, update.covariance);
+  return startConfirming(scan, seconds, update);
+}
+
+LocalizationUpdate Localizer::startConfirming(const LocalizerScan& scan, double seconds,
+                                              LocalizationUpdate& update) {
+  update.relocalized = true;
   guesses_.clear();
   guess_attempts_ = refused_in_row_ = 0;
   confirmations_left_ = options_.recovery.confirmation_scans;

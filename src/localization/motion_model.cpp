@@ -8,6 +8,15 @@
 namespace ttsdf {
 
 namespace {
+constexpr double kCalmSeconds = 2.0;  // in which what fast motion has shown is forgotten (1/e)
+
+/// Mean square of `part` against its variances, at least what remains of `before` after `seconds`.
+double widened(double before, double seconds, const Eigen::Vector3d& part, const Eigen::Matrix3d& variances) {
+  const double kept = 1.0 + (before - 1.0) * std::exp(-seconds / kCalmSeconds);
+  const double seen = part.squaredNorm() / variances.trace();
+  return std::isfinite(seen) ? std::max(kept, seen) : kept;
+}
+
 /// Twist of the body frame that takes T_a to T_b in `seconds`.
 Vector6d bodyTwist(const Eigen::Isometry3d& T_a, const Eigen::Isometry3d& T_b, double seconds) {
   return logSe3(T_a.inverse() * T_b) / seconds;
@@ -35,13 +44,33 @@ Matrix6d MotionModel::velocityNoise(double seconds) const {
   return isotropicCovariance(rotation, translation);
 }
 
+Matrix6d MotionModel::guessNoise(double seconds) const {
+  Matrix6d noise = velocityNoise(seconds);
+  noise.topLeftCorner<3, 3>() *= unsteadiness_.rotation;
+  noise.bottomRightCorner<3, 3>() *= unsteadiness_.translation;
+  return noise;
+}
+
+void MotionModel::learnUnsteadiness(double stamp, const Eigen::Isometry3d& T_map_base,
+                                    const Matrix6d& covariance) {
+  const double seconds = stamp - last_->stamp;
+  if (!twist_interval_ || !(seconds > 0.0) || seconds > options_.max_extrapolation) return;
+  const Matrix6d expected = last_->covariance_measured + covariance + velocityNoise(stamp - last_->measured);
+  const Eigen::Isometry3d guess = last_->T_map_base * expSe3(seconds * twist_);
+  const Eigen::Vector3d turned = logSo3(T_map_base.linear() * guess.linear().transpose());
+  const Eigen::Vector3d moved = T_map_base.translation() - guess.translation();
+  unsteadiness_.rotation = widened(unsteadiness_.rotation, seconds, turned, expected.topLeftCorner<3, 3>());
+  unsteadiness_.translation =
+      widened(unsteadiness_.translation, seconds, moved, expected.bottomRightCorner<3, 3>());
+}
+
 bool MotionModel::hasOdometry(const LocalizerScan& scan) const {
   return options_.prior == "odometry" && last_ && scan.T_odom_base && last_->T_odom_base;
 }
 
 double MotionModel::guessedSigma(const LocalizerScan& scan) const {
   if (!last_ || hasOdometry(scan) || options_.prior == "external") return 0.0;
-  return std::sqrt(velocityNoise(scan.stamp - last_->measured)(3, 3));
+  return std::sqrt(guessNoise(scan.stamp - last_->measured)(3, 3));
 }
 
 std::optional<Prediction> MotionModel::predict(const LocalizerScan& scan) const {
@@ -60,7 +89,7 @@ std::optional<Prediction> MotionModel::predict(const LocalizerScan& scan) const 
   const double seconds = scan.stamp - last_->stamp;
   const double carried = std::clamp(seconds, 0.0, options_.max_extrapolation);
   return Prediction{last_->T_map_base * expSe3(carried * twist_),
-                    last_->covariance_measured + velocityNoise(scan.stamp - last_->measured)};
+                    last_->covariance_measured + guessNoise(scan.stamp - last_->measured)};
 }
 
 Prediction MotionModel::predict(const PoseGuess& guess, const LocalizerScan& scan) const {
@@ -74,21 +103,26 @@ Prediction MotionModel::predict(const PoseGuess& guess, const LocalizerScan& sca
 void MotionModel::correct(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base,
                           const Matrix6d& covariance, bool measured) {
   const std::optional<Fix> before = last_;
+  if (last_ && measured && !hasOdometry(scan)) learnUnsteadiness(scan.stamp, T_map_base, covariance);
   measured = measured || hasOdometry(scan);
   if (last_) {
     const double seconds = scan.stamp - last_->stamp;
+    // Back from guesses: what they were off by is no motion, the mean since the last measured pose is.
+    const bool back = measured && last_->measured < last_->stamp;
     stop();
     if (seconds > 1e-6 && seconds <= options_.max_extrapolation) {  // too long a time does not tell
+      twist_interval_ = back ? scan.stamp - last_->measured : seconds;
+      const Eigen::Isometry3d& T_from = back ? last_->T_map_base_measured : last_->T_map_base;
       // Differences of odometry are smoother than differences of corrections.
       twist_ = scan.T_odom_base && last_->T_odom_base
                    ? bodyTwist(*last_->T_odom_base, *scan.T_odom_base, seconds)
-                   : bodyTwist(last_->T_map_base, T_map_base, seconds);
-      twist_interval_ = seconds;
+                   : bodyTwist(T_from, T_map_base, *twist_interval_);
     }
   }
   remember(scan, T_map_base, covariance);
   if (measured || !before) return;
   last_->measured = before->measured;
+  last_->T_map_base_measured = before->T_map_base_measured;
   last_->covariance_measured = before->covariance_measured;
 }
 
@@ -101,7 +135,7 @@ void MotionModel::setPose(const LocalizerScan& scan, const Eigen::Isometry3d& T_
 
 void MotionModel::remember(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base,
                            const Matrix6d& covariance) {
-  last_ = Fix{scan.stamp, T_map_base, covariance, scan.T_odom_base, scan.stamp, covariance};
+  last_ = Fix{scan.stamp, T_map_base, covariance, scan.T_odom_base, scan.stamp, T_map_base, covariance};
   if (scan.T_odom_base) T_map_odom_ = T_map_base * scan.T_odom_base->inverse();
 }
 

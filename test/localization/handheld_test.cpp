@@ -53,7 +53,8 @@ TEST_P(HandheldMotion, NoPosePublishedAsGoodIsWrong) {
     EXPECT_NE(update.state, LocalizerState::kTracking) << "scan " << n;
   }
   const bool slow = GetParam().speed <= 1.0;  // at times it looks at one wall
-  EXPECT_GE(published, slow ? 2 * scans / 3 : 0);
+  RecordProperty("published", published);
+  EXPECT_GE(published, slow ? 3 * scans / 5 : 0);
 }
 
 // A start pose before a bare wall, four scans a second: it is kept until the camera turns.
@@ -76,6 +77,69 @@ TEST(Handheld, AStartPoseBeforeAWallIsNotThrownAway) {
     EXPECT_NE(localizer.state(), LocalizerState::kLost) << "scan " << n;
   }
 }
+
+/// A passage along x. Its wall y = 0: boxes of their own, then 5 m of nothing, then posts that are all alike.
+struct Colonnade {
+  Eigen::Vector3d size{16.0, 2.5, 2.5};
+  double distance(const Eigen::Vector3d& p) const {
+    double d = std::min({p.y(), size.y() - p.y(), p.z(), size.z() - p.z()});
+    for (const Eigen::Vector3d& box :
+         {Eigen::Vector3d(0.6, 0.0, 1.4), {1.5, 0.0, 0.9}, {2.6, 0.0, 1.7}, {3.6, 0.0, 1.2}})
+      d = std::min(d, test::boxDistance(p, box, {0.2, 0.25, 0.2}));
+    for (double x = 8.0; x < 16.0; x += 1.0)
+      d = std::min(d, test::boxDistance(p, {x, 0.0, 1.25}, {0.1, 0.2, 2.0}));
+    return d;
+  }
+};
+
+// Along the bare wall the camera slows down, which nothing shows: it then stands before another post than was
+// guessed.
+class SlowsDown : public ::testing::TestWithParam<double> {};
+
+TEST_P(SlowsDown, AndIsNotTakenToBeAtAnotherPost) {
+  GridGeometry geometry;
+  DenseTensor tensor = test::sampleScene(Colonnade(), 0.05, geometry);
+  LocalizerOptions options;
+  options.recovery.allow_global = false;
+  Localizer localizer(options);
+  localizer.setMap(std::make_shared<DenseDistanceField>(std::move(tensor), geometry));
+  const auto pose = [](double t) {  // speeds up, goes 2 m/s, slows down
+    const double started = std::min(t, 0.5), fast = std::clamp(t - 0.5, 0.0, 1.85),
+                 slow = std::max(0.0, t - 2.35);
+    const double x = 1.0 + 2.0 * started * started + 2.0 * fast + GetParam() * slow;
+    return test::cameraPose({x, 1.8, 1.4}, -M_PI / 2.0, 0.5);  // the floor is seen, too
+  };
+  PoseGuess guess;
+  guess.T_map_base = pose(0.0);
+  guess.covariance = isotropicCovariance(0.05, 0.1);
+  localizer.setGuess(guess);
+  int published = 0, guessed = 0, returns = 0;
+  double returned = 0.0;  // stamp of the first scan since the last guess that fixes the pose
+  for (int n = 0; n < 110; ++n) {
+    LocalizerScan scan;
+    const double t = n / 15.0;
+    scan.stamp = 100.0 + t;
+    scan.points = test::renderScan(Colonnade(), pose(t));
+    const LocalizationUpdate update = localizer.process(scan);
+    if (update.registration.degenerate_directions > 0) returned = 0.0;
+    if (returned == 0.0 && update.registration.degenerate_directions == 0) returned = scan.stamp;
+    if (!update.pose_valid) {
+      guessed += update.registration.degenerate_directions > 0 ? 1 : 0;
+      continue;
+    }
+    if (guessed > 10) {
+      EXPECT_GE(scan.stamp - returned, options.recovery.confirmation_seconds - 0.01);
+      ++returns;
+    }
+    guessed = 0;
+    ++published;
+    EXPECT_LT(poseError(pose(t), update.T_map_base).translation, 0.1) << "scan " << n;
+  }
+  EXPECT_GE(published, 25);
+  EXPECT_GE(returns, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Speeds, SlowsDown, ::testing::Values(0.8, 1.3, 1.8));
 
 INSTANTIATE_TEST_SUITE_P(Motions, HandheldMotion,
                          ::testing::Values(Motion{30.0, 0.5}, Motion{30.0, 1.0}, Motion{10.0, 0.5},

@@ -85,6 +85,38 @@ TEST(MotionModel, IsNoLessCertainThanTheSpeedAllows) {
   EXPECT_NEAR(std::sqrt(model.predict(scanAt(0.3))->covariance(3, 3)), 0.1, 1e-12);
 }
 
+/// Still, then 0.3 m off at the next scan: where 0.05 m in each direction were expected.
+MotionModel afterAJolt(bool measured = true) {
+  MotionOptions options;
+  options.velocity_translation_noise = 0.5, options.acceleration = 1000.0;
+  MotionModel model(options);
+  model.setPose(scanAt(0.0), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
+  model.correct(scanAt(0.1), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
+  model.correct(scanAt(0.2), expSe3(twist(0.0, 0.0, 0.0, 0.3, 0.0, 0.0)), Matrix6d::Zero(), measured);
+  return model;
+}
+
+// The next guess expects as much: 0.3 m in all, sqrt(3) less in each direction.
+TEST(MotionModel, ExpectsMotionAsUnsteadyAsItHasSeen) {
+  const auto prediction = afterAJolt().predict(scanAt(0.3));
+  EXPECT_NEAR(std::sqrt(prediction->covariance(3, 3)), 0.3 / std::sqrt(3.0), 1e-9);
+  EXPECT_NEAR(std::sqrt(prediction->covariance(0, 0)), 0.05, 1e-9);  // it has not turned
+}
+
+TEST(MotionModel, ForgetsUnsteadyMotion) {
+  MotionModel model = afterAJolt();
+  double x = 0.3;
+  for (int n = 3; n <= 202; ++n)
+    model.correct(scanAt(0.1 * n), expSe3(twist(0.0, 0.0, 0.0, x += 0.3, 0.0, 0.0)), Matrix6d::Zero());
+  EXPECT_NEAR(std::sqrt(model.predict(scanAt(20.3))->covariance(3, 3)),
+              0.05 * std::sqrt(1.0 + 11.0 * std::exp(-10.0)), 1e-9);
+}
+
+TEST(MotionModel, LearnsNothingFromPosesThatAreGuessedThemselves) {
+  MotionModel model = afterAJolt(false);
+  EXPECT_NEAR(std::sqrt(model.predict(scanAt(0.3))->covariance(3, 3)), 0.5 * 0.2, 1e-9);
+}
+
 TEST(MotionModel, StopsExtrapolatingAfterItsTime) {
   MotionOptions options;
   options.max_extrapolation = 0.5;

@@ -140,12 +140,16 @@ class Localizer {
   /// Whether something measured the pose in all directions; without odometry a guess is good for a moment.
   Refusal checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const;
   /// The pose goes on by guess, and is not published.
+  /// The first scan that fixes the pose after motion was guessed for long: another place may fit as well.
+  bool returnsFromGuess(const LocalizerScan& scan, const RegistrationResult& result) const;
+  LocalizationUpdate returnFromGuess(const LocalizerScan& scan, const Prediction& prior);
   LocalizationUpdate followGuess(const LocalizerScan& scan, const Refusal& refusal,
                                  LocalizationUpdate& update);
   LocalizationUpdate accept(const LocalizerScan& scan, const Prediction& prior, LocalizationUpdate& update);
   /// A pose found: good after the confirmation scans that agree for at least `seconds`, by the inlier
   /// ratio it was found with.
   LocalizationUpdate acceptFound(const LocalizerScan& scan, LocalizationUpdate& update, double seconds);
+  LocalizationUpdate startConfirming(const LocalizerScan& scan, double seconds, LocalizationUpdate& update);
   bool confirming() const;
   void stopConfirming();
   LocalizationUpdate markValid(const LocalizerScan& scan, LocalizationUpdate& update);

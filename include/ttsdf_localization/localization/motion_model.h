@@ -56,18 +56,29 @@ class MotionModel {
     Matrix6d covariance;
     std::optional<Eigen::Isometry3d> T_odom_base;
     double measured;  ///< stamp of the last pose that a scan or the odometry fixed in all directions
-    Matrix6d covariance_measured;  ///< of that pose
+    Eigen::Isometry3d T_map_base_measured;  ///< that pose
+    Matrix6d covariance_measured;
   };
 
   void remember(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
   bool hasOdometry(const LocalizerScan& scan) const;
   Matrix6d odometryNoise(const Eigen::Isometry3d& motion) const;
   Matrix6d velocityNoise(double seconds) const;
+  /// The same as unsteady as the camera has been lately.
+  Matrix6d guessNoise(double seconds) const;
+  void learnUnsteadiness(double stamp, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
+
+  /// Variances of the guessed motion against those of the options, at least 1: a hand shakes more than a
+  /// robot.
+  struct Unsteadiness {
+    double rotation = 1.0, translation = 1.0;
+  };
 
   MotionOptions options_;
   std::optional<Fix> last_;
   std::optional<Eigen::Isometry3d> T_map_odom_;
   Vector6d twist_ = Vector6d::Zero();
+  Unsteadiness unsteadiness_;
   std::optional<double> twist_interval_;  ///< that the twist is the mean of [s]; empty: not known
 };
 
