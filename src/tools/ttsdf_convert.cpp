@@ -7,6 +7,7 @@
 #include "ttsdf_localization/frames/frame_folder.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/map_edit.h"
+#include "ttsdf_localization/tools/progress.h"
 
 namespace {
 
@@ -83,16 +84,20 @@ int run(int argc, char** argv) {
   if (!a.transform.empty() && a.merge.empty())
     throw ttsdf::UsageError("--transform: wanted together with --merge");
   const auto options = ranks(a);
+  ttsdf::Progress progress("ttsdf_convert");
   auto map = ttsdf::loadMap(a.input);  // its errors name the file
   const auto bytes = ttsdf::readFile(a.input);
   const auto encode = encoding(a, ttsdf::fileInfo(bytes.data(), bytes.size()).encoding);
   if (!a.merge.empty()) {
+    progress.update("merging", 0.25);
     const Eigen::Isometry3d T_first_other =
         a.transform.empty() ? Eigen::Isometry3d::Identity() : ttsdf::readPose(a.transform);
     map = ttsdf::merged(map, ttsdf::loadMap(a.merge), T_first_other, options);
   }
+  progress.update("cutting and compressing", 0.5);
   if (!a.crop.empty()) map = ttsdf::cropped(map, box(a.crop));
   if (line.given("max-rank") || line.given("tolerance")) map = ttsdf::recompressed(map, options);
+  progress.update("encoding", 0.75);
   ttsdf::saveMap(map, a.output, encode);
   return 0;
 }

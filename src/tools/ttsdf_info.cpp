@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
@@ -120,23 +119,15 @@ std::string plainText(const Json::Value& value) {
   return text;
 }
 
-/// Texts of a file go to a terminal: nothing that it would obey.
-std::string printable(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(),
-      [](char c) { return c != '\n' && std::iscntrl(static_cast<unsigned char>(c)) != 0; }, '?');
-  return text;
-}
-
 void printPlain(const Json::Value& root, const std::string& indent = "") {
   for (const auto& key : root.getMemberNames()) {
     const auto& value = root[key];
     if (value.isObject()) {
       if (value.empty()) continue;
-      std::cout << indent << printable(key) << ":\n";
+      std::cout << indent << ttsdf::printable(key) << ":\n";
       printPlain(value, indent + "  ");
     } else {
-      std::cout << indent << printable(key) << ": " << printable(plainText(value)) << '\n';
+      std::cout << indent << ttsdf::printable(key) << ": " << ttsdf::printable(plainText(value)) << '\n';
     }
   }
 }

@@ -4,10 +4,12 @@
 #include <fstream>
 #include <iomanip>
 #include <iostream>
+#include <memory>
 #include <sstream>
 
 #include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/tools/command_line.h"
+#include "ttsdf_localization/tools/progress.h"
 
 namespace {
 
@@ -29,6 +31,19 @@ Eigen::Matrix3Xd readPoints(std::istream& in, const std::string& name) {
   return Eigen::Map<Eigen::Matrix3Xd>(numbers.data(), 3, static_cast<Eigen::Index>(numbers.size() / 3));
 }
 
+// Each with word of its own: points may come from a keyboard.
+std::shared_ptr<const ttsdf::DistanceField> loadField(const std::string& path,
+                                                      const ttsdf::TtFieldOptions& options) {
+  ttsdf::Progress progress("ttsdf_query");
+  return ttsdf::makeField(ttsdf::loadMap(path), options);
+}
+
+ttsdf::FieldSamples evaluate(const ttsdf::DistanceField& field, const Eigen::Matrix3Xd& points) {
+  ttsdf::Progress progress("ttsdf_query");
+  progress.update("distances", 0.0);
+  return field.evaluate((points.colwise() - field.geometry().origin).cast<float>().eval());
+}
+
 int run(int argc, char** argv) {
   std::string map_path, points_path, interpolation = "trilinear";
   ttsdf::CommandLine line(
@@ -47,7 +62,7 @@ int run(int argc, char** argv) {
     throw ttsdf::UsageError(error.what());
   }
 
-  const auto field = ttsdf::makeField(ttsdf::loadMap(map_path), options);
+  const auto field = loadField(map_path, options);
   Eigen::Matrix3Xd points;
   if (points_path == "-") {
     points = readPoints(std::cin, "standard input");
@@ -56,7 +71,7 @@ int run(int argc, char** argv) {
     if (!in) throw std::runtime_error("points '" + points_path + "': cannot read");
     points = readPoints(in, points_path);
   }
-  const auto samples = field->evaluate((points.colwise() - field->geometry().origin).cast<float>().eval());
+  const auto samples = evaluate(*field, points);
   std::cout << std::setprecision(9);
   for (Eigen::Index n = 0; n < points.cols(); ++n) {
     const bool valid = samples.states[static_cast<std::size_t>(n)] == ttsdf::PointState::kValid;

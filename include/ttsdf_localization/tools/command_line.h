@@ -72,6 +72,9 @@ class CommandLine {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Texts of files go to a terminal: what it would obey becomes '?'; lines end where they do.
+std::string printable(std::string text);
+
 /// Runs a tool's body; errors become one line on stderr and an exit code: UsageError 2, any other
 /// exception 1.
 int runTool(const std::string& program, const std::function<int()>& body);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/program_options.hpp>
+#include <cctype>
 #include <iostream>
 #include <set>
 #include <sstream>
@@ -278,14 +279,21 @@ bool CommandLine::given(const std::string& name) const {
   return found != impl_->given.end() && !found->second.defaulted();
 }
 
+std::string printable(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(),
+      [](char c) { return c != '\n' && std::iscntrl(static_cast<unsigned char>(c)) != 0; }, '?');
+  return text;
+}
+
 int runTool(const std::string& program, const std::function<int()>& body) {
   try {
     return body();
   } catch (const UsageError& error) {
-    std::cerr << program << ": error: " << error.what() << " (see " << program << " --help)\n";
+    std::cerr << program << ": error: " << printable(error.what()) << " (see " << program << " --help)\n";
     return 2;
   } catch (const std::exception& error) {
-    std::cerr << program << ": error: " << error.what() << '\n';
+    std::cerr << program << ": error: " << printable(error.what()) << '\n';
     return 1;
   }
 }
