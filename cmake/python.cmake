@@ -20,7 +20,7 @@ if(NOT TTSDF_BUILD_PYTHON)
 elseif(NOT PYBIND11_INCLUDE_DIR OR TTSDF_PYTHON_FAILED OR NOT EXISTS "${TTSDF_PYTHON_INCLUDE_DIR}/Python.h")
   message(STATUS "Python module: left out, wanted pybind11 (pybind11-dev) and Python's headers (python3-dev)")
 else()
-  add_library(ttsdf_python MODULE python/ttsdf_module.cpp)
+  add_library(ttsdf_python MODULE python/ttsdf_module.cpp python/arguments.cpp)
   target_include_directories(ttsdf_python SYSTEM PRIVATE "${PYBIND11_INCLUDE_DIR}" "${TTSDF_PYTHON_INCLUDE_DIR}")
   target_link_libraries(ttsdf_python PRIVATE ttsdf_exports ttsdf_mapping ttsdf_core ttsdf_warnings)
   # pybind11's own classes are hidden; a type that holds one must be as well.
@@ -36,5 +36,7 @@ else()
   if(TTSDF_BUILD_TESTS)
     add_test(NAME python_module_test COMMAND "${TTSDF_PYTHON_FOR_MODULE}" -B
       "${CMAKE_CURRENT_SOURCE_DIR}/test/python/module_test.py" "$<TARGET_FILE_DIR:ttsdf_python>" "$<TARGET_FILE_DIR:ttsdf_build>")
+    add_test(NAME python_arguments_test COMMAND "${TTSDF_PYTHON_FOR_MODULE}" -B
+      "${CMAKE_CURRENT_SOURCE_DIR}/test/python/arguments_test.py" "$<TARGET_FILE_DIR:ttsdf_python>")
   endif()
 endif()

@@ -7,9 +7,12 @@
 #include <pybind11/stl.h>
 
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 
+#include "arguments.h"
+#include "interrupts.h"
 #include "ttsdf_localization/exports/exports.h"
 #include "ttsdf_localization/exports/occupancy.h"
 #include "ttsdf_localization/fusion/cloud_surface.h"
@@ -20,86 +23,32 @@
 #include "ttsdf_localization/readers/cloud_file.h"
 #include "ttsdf_localization/registration/search.h"
 
-namespace py = pybind11;
-
 namespace {
 
 using namespace ttsdf;
-
-template <class T>
-using Array = py::array_t<T, py::array::c_style | py::array::forcecast>;
-
-std::string textOf(const py::handle& value) {
-  if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
-  return py::str(value).cast<std::string>();
-}
-
-/// Moves the keywords that a table knows into its options.
-template <class Options>
-void take(py::dict& keywords, const OptionTable<Options>& table, Options& options) {
-  py::dict rest;
-  for (const auto& item : keywords) {
-    const auto name = item.first.cast<std::string>();
-    if (table.has(name)) {
-      table.setFromText(options, name, textOf(item.second));
-    } else {
-      rest[item.first] = item.second;
-    }
-  }
-  keywords = rest;
-}
-
-void refuseRest(const py::dict& keywords) {
-  for (const auto& item : keywords) {
-    throw std::invalid_argument("option '" + item.first.cast<std::string>() + "': unknown");
-  }
-}
-
-std::string shapeOf(const py::array& array) {
-  std::string text = "(";
-  for (py::ssize_t n = 0; n < array.ndim(); ++n) text += (n ? ", " : "") + std::to_string(array.shape(n));
-  return text + ")";
-}
-
-/// An n x 3 array seen as 3 x n: rows of numpy are columns of Eigen, so nothing is copied.
-template <class T>
-Eigen::Map<const Eigen::Matrix<T, 3, Eigen::Dynamic>> columns(const Array<T>& array, const char* what) {
-  if (array.ndim() != 2 || array.shape(1) != 3) {
-    throw std::invalid_argument(std::string(what) + ": got an array of shape " + shapeOf(array) +
-                                ", wanted (n, 3)");
-  }
-  return {array.data(), 3, array.shape(0)};
-}
-
-Eigen::Isometry3d poseOf(const Array<double>& array, const char* what) {
-  if (array.ndim() != 2 || array.shape(0) != 4 || array.shape(1) != 4) {
-    throw std::invalid_argument(std::string(what) + ": got an array of shape " + shapeOf(array) +
-                                ", wanted (4, 4)");
-  }
-  return orthonormalized(Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(array.data()));
-}
-
-/// Hands a matrix to numpy as n x 3, without a copy: the capsule owns it.
-template <class Matrix>
-py::array asRows(Matrix&& matrix) {
-  using Owned = std::decay_t<Matrix>;
-  using T = typename Owned::Scalar;
-  auto* owned = new Owned(std::forward<Matrix>(matrix));
-  const py::capsule owner(owned, [](void* p) { delete static_cast<Owned*>(p); });
-  return py::array_t<T>({owned->cols(), owned->rows()}, owned->data(), owner);
-}
+using namespace ttsdf::python;
 
 class PyMap {
  public:
   PyMap(TtSdfMap map, std::vector<std::uint8_t> bytes)
       : map_(std::move(map)), bytes_(std::move(bytes)), field_(makeField(map_)) {}
 
-  static std::unique_ptr<PyMap> load(const std::string& path) {
+  static std::unique_ptr<PyMap> load(const py::object& file) {
+    const std::string path = pathOf(file);
+    const py::gil_scoped_release released;
     std::vector<std::uint8_t> bytes = readFile(path);
-    TtSdfMap map = deserialize(bytes.data(), bytes.size());
-    return std::make_unique<PyMap>(std::move(map), std::move(bytes));
+    try {
+      TtSdfMap map = deserialize(bytes.data(), bytes.size());
+      return std::make_unique<PyMap>(std::move(map), std::move(bytes));
+    } catch (const MapFormatError& error) {
+      throw MapFormatError("'" + path + "': " + error.what());
+    }
   }
-  void save(const std::string& path) const { writeFileAtomically(path, bytes_); }
+  void save(const py::object& file) const {
+    const std::string path = pathOf(file);
+    const py::gil_scoped_release released;
+    writeFileAtomically(path, bytes_);
+  }
 
   const TtSdfMap& map() const { return map_; }
   const std::shared_ptr<const DistanceField>& field() const { return field_; }
@@ -111,17 +60,27 @@ class PyMap {
   std::shared_ptr<const DistanceField> field_;
 };
 
-py::tuple query(const PyMap& self, const Array<double>& points) {
-  const auto in = columns(points, "points");
-  FieldSamples samples;
+py::tuple query(const PyMap& self, const py::object& points) {
+  const Rows<double> rows(points, "points");
+  const auto in = rows.columns();
+  Eigen::VectorXf values(in.cols());
+  Eigen::Matrix3Xf gradients(3, in.cols());
   Eigen::Array<bool, Eigen::Dynamic, 1> valid(in.cols());
-  {
-    const py::gil_scoped_release released;
-    samples = self.field()->evaluate((in.colwise() - self.field()->geometry().origin).cast<float>().eval());
-    for (Eigen::Index n = 0; n < valid.size(); ++n)
-      valid[n] = samples.states[static_cast<std::size_t>(n)] == PointState::kValid;
-  }
-  return py::make_tuple(samples.values, asRows(std::move(samples.gradients)), valid);
+  interruptible([&](Interrupts& interrupts) {
+    constexpr Eigen::Index kAtATime = 100000;
+    const Eigen::Vector3d& origin = self.field()->geometry().origin;
+    for (Eigen::Index begin = 0; begin < in.cols() && interrupts.goOn(); begin += kAtATime) {
+      const Eigen::Index size = std::min(kAtATime, in.cols() - begin);
+      const FieldSamples samples =
+          self.field()->evaluate((in.middleCols(begin, size).colwise() - origin).cast<float>().eval());
+      values.segment(begin, size) = samples.values;
+      gradients.middleCols(begin, size) = samples.gradients;
+      for (Eigen::Index n = 0; n < size; ++n)
+        valid[begin + n] = samples.states[static_cast<std::size_t>(n)] == PointState::kValid;
+    }
+    return true;
+  });
+  return py::make_tuple(values, asRows(std::move(gradients)), valid);
 }
 
 py::dict info(const PyMap& self) {
@@ -158,32 +117,40 @@ class PyRegistration {
     registration_ = std::make_unique<Registration>(map.field(), registration);
   }
 
-  RegistrationResult track(const Array<float>& points, const Array<double>& prior) {
-    const ScanPoints scan = columns(points, "points");
+  RegistrationResult track(const py::object& points, const py::object& prior) {
+    const Rows<float> scan(points, "points");
     const Eigen::Isometry3d T = poseOf(prior, "prior");
     const py::gil_scoped_release released;
-    return registration_->align(scan, T);
+    const std::lock_guard<std::mutex> alone(mutex_);
+    return registration_->align(scan.columns(), T);
   }
-  RegistrationResult search(const Array<float>& points, const Array<double>& prior) {
-    const ScanPoints scan = columns(points, "points");
+  RegistrationResult search(const py::object& points, const py::object& prior) {
+    const Rows<float> scan(points, "points");
     const Eigen::Isometry3d T = poseOf(prior, "prior");
     SearchOptions options;
     py::dict rest = rest_;
     take(rest, searchOptionTable(), options);
     const py::gil_scoped_release released;
-    return searchNear(*registration_, scan, T, options);
+    const std::lock_guard<std::mutex> alone(mutex_);
+    return searchNear(*registration_, scan.columns(), T, options);
   }
-  RegistrationResult global(const Array<float>& points, const std::optional<Eigen::Vector3d>& gravity,
-                            const Eigen::Vector3d& map_down) {
-    const ScanPoints scan = columns(points, "points");
+  RegistrationResult global(const py::object& points, const py::object& gravity, const py::object& map_down) {
+    const Rows<float> scan(points, "points");
+    std::optional<Eigen::Vector3d> down;
+    if (!gravity.is_none()) down = directionOf(gravity, "gravity");
+    const Eigen::Vector3d down_of_map = directionOf(map_down, "map_down");
     GlobalOptions options;
     py::dict rest = rest_;
     take(rest, globalOptionTable(), options);
-    const py::gil_scoped_release released;
-    return localizeGlobally(*registration_, scan, gravity, map_down, options);
+    return interruptible([&](Interrupts& interrupts) {
+      const std::lock_guard<std::mutex> alone(mutex_);
+      return localizeGlobally(*registration_, scan.columns(), down, down_of_map, options,
+                              progressOf(interrupts));
+    });
   }
 
  private:
+  std::mutex mutex_;  // the work space is one scan's at a time
   std::unique_ptr<Registration> registration_;
   py::dict rest_;
 };
@@ -201,89 +168,106 @@ Options optionsOf(py::dict keywords) {
   Options options;
   // `threads` is in both tables.
   if (keywords.contains("threads"))
-    buildOptionTable().setFromText(options.build, "threads", textOf(keywords["threads"]));
+    buildOptionTable().setFromText(options.build, "threads", optionText(keywords["threads"]));
   take(keywords, fusionOptionTable(), options.fusion);
   take(keywords, buildOptionTable(), options.build);
   refuseRest(keywords);
   return options;
 }
 
-/// A depth image as metres; integers are divided by depth_scale.
-DepthImage depthOf(const py::handle& item, double depth_scale) {
-  const auto array = py::cast<py::array>(item);
-  if (array.ndim() != 2)
-    throw std::invalid_argument("depth image: got an array of shape " + shapeOf(array) +
-                                ", wanted (height, width)");
-  const bool metres = array.dtype().kind() == 'f';
-  const Array<float> values = py::cast<Array<float>>(array);
-  DepthImage image;
-  image.width = static_cast<int>(values.shape(1));
-  image.height = static_cast<int>(values.shape(0));
-  image.depth.assign(values.data(), values.data() + values.size());
-  if (!metres) {
-    for (float& z : image.depth) z = z == 65535.0F ? 0.0F : z / static_cast<float>(depth_scale);
-  }
-  return image;
+void refuseCounts(const std::string& poses, const std::string& images) {
+  throw std::invalid_argument("build_frames: got " + poses + " poses for " + images +
+                              " depth images, wanted one for each");
+}
+
+/// Before hours of fusion, where both know their lengths.
+void checkCounts(const py::iterable& depths, const py::iterable& poses) {
+  if (!py::hasattr(depths, "__len__") || !py::hasattr(poses, "__len__")) return;
+  const std::size_t images = py::len(depths), given = py::len(poses);
+  if (images != given) refuseCounts(std::to_string(given), std::to_string(images));
 }
 
 std::unique_ptr<PyMap> buildFrames(const py::iterable& depths, const py::iterable& poses,
-                                   const Array<double>& intrinsics, double depth_scale,
+                                   const py::object& intrinsics, double depth_scale,
                                    const py::kwargs& keywords) {
   const Options options = optionsOf(keywords);
-  CameraIntrinsics camera;
-  if (intrinsics.ndim() == 2 && intrinsics.shape(0) >= 3 && intrinsics.shape(1) >= 3) {
-    camera.fx = intrinsics.at(0, 0), camera.fy = intrinsics.at(1, 1);
-    camera.cx = intrinsics.at(0, 2), camera.cy = intrinsics.at(1, 2);
-  } else if (intrinsics.ndim() == 1 && intrinsics.shape(0) == 4) {
-    camera.fx = intrinsics.at(0), camera.fy = intrinsics.at(1), camera.cx = intrinsics.at(2),
-    camera.cy = intrinsics.at(3);
-  } else {
-    throw std::invalid_argument("intrinsics: got an array of shape " + shapeOf(intrinsics) +
-                                ", wanted (3, 3) or fx, fy, cx, cy");
-  }
-  if (!(depth_scale > 0.0))
+  validate(options.build);
+  CameraIntrinsics camera = intrinsicsOf(intrinsics);
+  if (!(depth_scale > 0.0) || !std::isfinite(depth_scale))
     throw std::invalid_argument("depth_scale: got " + std::to_string(depth_scale) + ", wanted above 0");
+  checkCounts(depths, poses);
   TsdfVolume volume(options.fusion);
   auto pose = py::iter(poses);
+  std::size_t count = 0;
   for (const auto& item : depths) {
-    if (pose == py::iterator::sentinel()) throw std::invalid_argument("poses: got fewer than depth images");
-    const DepthImage image = depthOf(item, depth_scale);
-    const Eigen::Isometry3d T = poseOf(py::cast<Array<double>>(*pose), "pose");
-    ++pose;
-    camera.width = image.width, camera.height = image.height;
-    const py::gil_scoped_release released;
-    volume.integrate(image, camera, T);
+    const std::string number = std::to_string(count);
+    if (pose == py::iterator::sentinel()) refuseCounts(number, "at least " + std::to_string(count + 1));
+    try {
+      const DepthImage image = depthOf(item, depth_scale);
+      const Eigen::Isometry3d T = poseOf(*pose, "pose");
+      camera.width = image.width, camera.height = image.height;
+      interruptible([&](Interrupts& interrupts) {
+        volume.integrate(image, camera, T);
+        return interrupts.goOn();
+      });
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("frame " + number + ": " + error.what());
+    }
+    ++pose, ++count;
   }
-  const py::gil_scoped_release released;
-  return finish(buildMap(volume, options.build));
+  if (pose != py::iterator::sentinel())
+    refuseCounts("at least " + std::to_string(count + 1), std::to_string(count));
+  if (count == 0) throw std::invalid_argument("build_frames: got no depth image, wanted at least one");
+  if (volume.empty()) {
+    throw std::invalid_argument(
+        "build_frames: got " + std::to_string(count) + " depth images without a surface between min_depth " +
+        toString(options.fusion.min_depth) + " and max_depth " + toString(options.fusion.max_depth) +
+        " m; floats are metres, integers are divided by depth_scale");
+  }
+  return interruptible([&](Interrupts& interrupts) {
+    return finish(buildMap(volume, options.build, progressOf(interrupts)));
+  });
 }
 
-std::unique_ptr<PyMap> buildMesh(const Array<double>& vertices, const Array<int>& triangles,
+std::unique_ptr<PyMap> buildMesh(const py::object& vertices, const py::object& triangles,
                                  const py::kwargs& keywords) {
   const Options options = optionsOf(keywords);
-  const auto v = columns(vertices, "vertices");
+  const Rows<double> rows(vertices, "vertices");
+  const auto v = rows.columns();
   SurfaceMesh mesh;
-  mesh.triangles = columns(triangles, "triangles");
+  mesh.triangles = trianglesOf(triangles);
   if (v.cols() == 0 || !v.allFinite())
-    throw std::invalid_argument("vertices: got none, or some that are not finite");
-  const py::gil_scoped_release released;
-  mesh.origin = localOrigin(v.rowwise().minCoeff(), v.rowwise().maxCoeff());
-  mesh.vertices = (v.colwise() - mesh.origin).cast<float>();
-  return finish(
-      compress(sampleMesh(mesh, options.fusion.voxel_size, options.build), options.fusion, options.build));
+    throw std::invalid_argument("vertices: got none, or some that are not finite, wanted finite ones");
+  return interruptible([&](Interrupts& interrupts) {
+    const auto progress = progressOf(interrupts);
+    mesh.origin = localOrigin(v.rowwise().minCoeff(), v.rowwise().maxCoeff());
+    mesh.vertices = (v.colwise() - mesh.origin).cast<float>();
+    return finish(compress(sampleMesh(mesh, options.fusion.voxel_size, options.build, progress),
+                           options.fusion, options.build, progress));
+  });
 }
 
-std::unique_ptr<PyMap> buildCloud(const Array<double>& points, const std::optional<Array<float>>& normals,
-                                  const std::optional<Eigen::Vector3d>& viewpoint, bool seen_from_inside,
+std::unique_ptr<PyMap> buildCloud(const py::object& points, const py::object& normals,
+                                  const py::object& viewpoint, bool seen_from_inside,
                                   const py::kwargs& keywords) {
   const Options options = optionsOf(keywords);
+  validate(options.build);
   OrientedCloud cloud;
-  cloud.points = columns(points, "points");
-  if (normals) cloud.normals = columns(*normals, "normals");
-  cloud.viewpoint = viewpoint;
+  cloud.points = Rows<double>(points, "points").columns();
+  if (!normals.is_none()) {
+    cloud.normals = Rows<float>(normals, "normals").columns();
+    if (cloud.normals.cols() != cloud.points.cols()) {
+      throw std::invalid_argument("normals: got " + std::to_string(cloud.normals.cols()) + ", wanted " +
+                                  std::to_string(cloud.points.cols()) + ", one for each point");
+    }
+  }
+  if (!viewpoint.is_none()) cloud.viewpoint = vectorOf(viewpoint, "viewpoint");
   cloud.seen_from_inside = seen_from_inside;
-  const py::gil_scoped_release released;
-  return finish(buildMap(volumeFromCloud(cloud, options.fusion), options.build));
+  return interruptible([&](Interrupts& interrupts) {
+    const auto progress = progressOf(interrupts);
+    return finish(
+        buildMap(volumeFromCloud(cloud, options.fusion, nullptr, progress), options.build, progress));
+  });
 }
 
 py::tuple surface(const PyMap& self) {
@@ -378,18 +362,33 @@ PYBIND11_MODULE(ttsdf, m) {
                              "Localizes scans, points (n, 3) of the sensor's frame [m], in a map.")
       .def("track", &PyRegistration::track, py::arg("points"), py::arg("prior"))
       .def("search", &PyRegistration::search, py::arg("points"), py::arg("prior"))
-      .def("globally", &PyRegistration::global, py::arg("points"), py::arg("gravity") = std::nullopt,
+      .def("globally", &PyRegistration::global, py::arg("points"), py::arg("gravity") = py::none(),
            py::arg("map_down") = Eigen::Vector3d(0.0, 0.0, -1.0));
 
   m.def("load", &PyMap::load, py::arg("path"), "Reads a map file.");
   m.def(
-      "read_points", [](const std::string& path) { return asRows(readCloudFile(path).points); },
+      "read_points",
+      [](const py::object& file) {
+        const std::string path = pathOf(file);
+        CloudFile cloud;
+        {
+          const py::gil_scoped_release released;
+          cloud = readCloudFile(path);
+        }
+        return asRows(std::move(cloud.points));
+      },
       py::arg("path"), "Points (n, 3) of a .pcd, .ply, .xyz, .csv or .bin file.");
   m.def(
       "read_mesh",
-      [](const std::string& path, double scale) {
-        SurfaceMesh mesh = readMesh(path, scale);
-        Eigen::Matrix3Xd vertices = mesh.vertices.cast<double>().colwise() + mesh.origin;
+      [](const py::object& file, double scale) {
+        const std::string path = pathOf(file);
+        SurfaceMesh mesh;
+        Eigen::Matrix3Xd vertices;
+        {
+          const py::gil_scoped_release released;
+          mesh = readMesh(path, scale);
+          vertices = mesh.vertices.cast<double>().colwise() + mesh.origin;
+        }
         return py::make_tuple(asRows(std::move(vertices)), asRows(std::move(mesh.triangles)));
       },
       py::arg("path"), py::arg("scale") = 1.0, "Vertices (n, 3) and triangles (m, 3).");
@@ -398,7 +397,7 @@ PYBIND11_MODULE(ttsdf, m) {
         "A map of depth images (integers: divided by depth_scale; floats: metres) with their camera-to-world "
         "poses.");
   m.def("build_mesh", &buildMesh, py::arg("vertices"), py::arg("triangles"), "A map of a triangle mesh [m].");
-  m.def("build_cloud", &buildCloud, py::arg("points"), py::arg("normals") = std::nullopt,
-        py::arg("viewpoint") = std::nullopt, py::arg("seen_from_inside") = true,
+  m.def("build_cloud", &buildCloud, py::arg("points"), py::arg("normals") = py::none(),
+        py::arg("viewpoint") = py::none(), py::arg("seen_from_inside") = true,
         "A map of points of surfaces [m].");
 }
