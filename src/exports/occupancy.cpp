@@ -4,18 +4,19 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iomanip>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
 
+#include "ttsdf_localization/files/file_writer.h"
+
 namespace ttsdf {
 
 namespace {
 
-constexpr double kLeastResolution = 0.02;  // [m]
-constexpr double kMostCells = 1e8;
+constexpr double kLeastResolution = 0.02;               // [m]
+constexpr double kMostCells = 1e8, kMostSamples = 2e9;  // these are cells times layers
 
 Eigen::AlignedBox3d boxOf(const GridGeometry& geometry) {
   Eigen::AlignedBox3d box;
@@ -24,6 +25,34 @@ Eigen::AlignedBox3d boxOf(const GridGeometry& geometry) {
     box.extend(geometry.samplePosition((bits * (geometry.dims - 1)).cast<double>().matrix()));
   }
   return box;
+}
+
+Eigen::Array2d cellsOf(const Eigen::AlignedBox3d& box, double resolution) {
+  return ((box.max() - box.min()).head<2>().array() / resolution).ceil().max(1.0);
+}
+
+void checkResolution(const Eigen::AlignedBox3d& box, double resolution, double voxel, int layers) {
+  const Eigen::Vector2d extent = box.sizes().head<2>();
+  const double most = std::max(extent.maxCoeff(), voxel), cells = cellsOf(box, resolution).prod();
+  const bool too_many = cells > kMostCells || (cells * layers > kMostSamples && resolution < 0.99 * voxel);
+  if (resolution <= most * (1.0 + 1e-9) && !too_many) return;
+  const double finest =
+      std::sqrt(extent.cwiseMax(voxel).prod() * std::max(1.0 / kMostCells, layers / kMostSamples));
+  std::ostringstream text;
+  text << "occupancy: got a resolution of " << resolution << " m, which makes " << cells << " cells in "
+       << layers << " layers, wanted " << finest << " to " << most << " m";
+  throw std::invalid_argument(text.str());
+}
+
+/// As a text of YAML in single quotes.
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? std::string("''") : std::string(1, c);
+  return result + "'";
+}
+
+void writeBytes(const std::string& path, const std::string& bytes) {
+  writeFileAtomically(path, {bytes.begin(), bytes.end()});
 }
 
 }  // namespace
@@ -43,17 +72,14 @@ OccupancyImage occupancyOf(const TtSdfMap& map, const OccupancyOptions& options)
          << box.min().z() << " to " << box.max().z() << " m";
     throw std::invalid_argument(text.str());
   }
-  const Eigen::Array2d cells = ((box.max() - box.min()).head<2>().array() / image.resolution).ceil().max(1.0);
-  if (cells.prod() > kMostCells) {
-    throw std::invalid_argument("occupancy: got a resolution of " + std::to_string(image.resolution) +
-                                " m, which makes more than 10^8 cells");
-  }
+  const int layers = std::max(1, static_cast<int>(std::floor((high - low) / voxel)) + 1);
+  checkResolution(box, image.resolution, voxel, layers);
+  const Eigen::Array2d cells = cellsOf(box, image.resolution);
   image.width = static_cast<int>(cells[0]), image.height = static_cast<int>(cells[1]);
   image.origin = {box.min().x(), box.min().y(), 0.0};
   image.cells.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
                      OccupancyImage::kUnknown);
 
-  const int layers = std::max(1, static_cast<int>(std::floor((high - low) / voxel)) + 1);
   // Half the diagonal of a cell at the most: a surface between samples is not missed.
   const auto reach = static_cast<float>(0.5 * std::max(voxel, image.resolution));
   Eigen::Matrix3Xf points(3, image.width);
@@ -86,7 +112,7 @@ void writeOccupancy(const OccupancyImage& image, const std::string& name) {
       : name.size() > 5 && (name.rfind(".yaml") == name.size() - 5) ? name.substr(0, name.size() - 5)
                                                                     : name;
   constexpr char kFreeGrey = static_cast<char>(254), kUnknownGrey = static_cast<char>(205), kOccupiedGrey = 0;
-  std::ofstream picture(stem + ".pgm", std::ios::binary);
+  std::ostringstream picture;
   picture << "P5\n" << image.width << ' ' << image.height << "\n255\n";
   for (int row = image.height - 1; row >= 0; --row) {  // pictures begin at the top
     std::string line;
@@ -100,13 +126,13 @@ void writeOccupancy(const OccupancyImage& image, const std::string& name) {
     }
     picture.write(line.data(), static_cast<std::streamsize>(line.size()));
   }
-  std::ofstream yaml(stem + ".yaml");
+  std::ostringstream yaml;
   yaml << std::setprecision(std::numeric_limits<double>::max_digits10)
-       << "image: " << std::filesystem::path(stem).filename().string()
-       << ".pgm\nresolution: " << image.resolution << "\norigin: [" << image.origin.x() << ", "
+       << "image: " << quoted(std::filesystem::path(stem).filename().string() + ".pgm")
+       << "\nresolution: " << image.resolution << "\norigin: [" << image.origin.x() << ", "
        << image.origin.y() << ", 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
-  if (!picture.flush() || !yaml.flush())
-    throw std::runtime_error("occupancy '" + stem + "': cannot be written");
+  writeBytes(stem + ".pgm", picture.str());
+  writeBytes(stem + ".yaml", yaml.str());
 }
 
 }  // namespace ttsdf

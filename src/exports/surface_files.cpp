@@ -1,34 +1,21 @@
 #include <algorithm>
 #include <cstdint>
-#include <fstream>
 #include <iomanip>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
 
+#include "export_file.h"
 #include "ttsdf_localization/exports/exports.h"
+#include "ttsdf_localization/files/file_writer.h"
 
 namespace ttsdf {
 
 namespace {
 
-std::string endingOf(const std::string& path) {
-  const std::size_t dot = path.rfind('.');
-  std::string ending = dot == std::string::npos ? "" : path.substr(dot);
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
-}
-
 template <class T>
 void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
-
-void write(const std::string& path, const std::string& bytes) {
-  std::ofstream out(path, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!out.flush()) throw std::runtime_error("'" + path + "': cannot be written");
 }
 
 Eigen::Vector3d vertexOf(const SurfaceMesh& mesh, Eigen::Index n) {
@@ -68,26 +55,26 @@ std::string stlOf(const SurfaceMesh& mesh) {
 }  // namespace
 
 void writeSurface(const SurfaceMesh& mesh, const std::string& path) {
+  const std::string ending = requireEnding("surface", path, {".ply", ".obj", ".stl"});
   if (mesh.empty()) throw std::invalid_argument("surface '" + path + "': the map shows no surface");
-  const std::string ending = endingOf(path);
   if (ending == ".ply") {
-    writePly(mesh, path);
+    FileWriter writer(path);
+    writePly(mesh, writer.temporary());
+    writer.commit();
   } else if (ending == ".obj") {
-    write(path, objOf(mesh));
-  } else if (ending == ".stl") {
+    writeExport(path, objOf(mesh));
+  } else {
     if (!mesh.origin.isZero()) {
       throw std::invalid_argument("surface '" + path +
                                   "': .stl holds single precision, too little so far from zero; "
                                   "wanted .ply or .obj");
     }
-    write(path, stlOf(mesh));
-  } else {
-    throw std::invalid_argument("surface '" + path + "': got ending '" + ending +
-                                "', wanted .ply, .obj or .stl");
+    writeExport(path, stlOf(mesh));
   }
 }
 
 void writeSurfaceCloud(const SurfaceMesh& mesh, const std::string& path) {
+  const std::string ending = requireEnding("cloud", path, {".pcd", ".ply"});
   if (mesh.empty()) throw std::invalid_argument("cloud '" + path + "': the map shows no surface");
   Eigen::Matrix3Xf normals = Eigen::Matrix3Xf::Zero(3, mesh.vertices.cols());
   for (Eigen::Index n = 0; n < mesh.triangles.cols(); ++n) {
@@ -96,7 +83,6 @@ void writeSurfaceCloud(const SurfaceMesh& mesh, const std::string& path) {
   }
   normals.colwise().normalize();
   const bool far = !mesh.origin.isZero();
-  const std::string ending = endingOf(path);
   std::ostringstream header;
   if (ending == ".pcd") {
     const char* size = far ? "8" : "4";
@@ -104,13 +90,11 @@ void writeSurfaceCloud(const SurfaceMesh& mesh, const std::string& path) {
            << size << ' ' << size << " 4 4 4\nTYPE F F F F F F\nCOUNT 1 1 1 1 1 1\nWIDTH "
            << mesh.vertices.cols() << "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " << mesh.vertices.cols()
            << "\nDATA binary\n";
-  } else if (ending == ".ply") {
+  } else {
     header << "ply\nformat binary_little_endian 1.0\nelement vertex " << mesh.vertices.cols();
     for (const char* axis : {"x", "y", "z"}) header << "\nproperty " << (far ? "double " : "float ") << axis;
     for (const char* axis : {"nx", "ny", "nz"}) header << "\nproperty float " << axis;
     header << "\nend_header\n";
-  } else {
-    throw std::invalid_argument("cloud '" + path + "': got ending '" + ending + "', wanted .pcd or .ply");
   }
   std::string bytes = header.str();
   for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n) {
@@ -119,14 +103,11 @@ void writeSurfaceCloud(const SurfaceMesh& mesh, const std::string& path) {
       far ? append(bytes, p[axis]) : append(bytes, mesh.vertices(axis, n));
     for (Eigen::Index axis = 0; axis < 3; ++axis) append(bytes, normals(axis, n));
   }
-  write(path, bytes);
+  writeExport(path, bytes);
 }
 
 void writeSlice(const TtSdfMap& map, double height, const std::string& path) {
-  const std::string ending = endingOf(path);
-  if (ending != ".csv" && ending != ".pgm") {
-    throw std::invalid_argument("slice '" + path + "': got ending '" + ending + "', wanted .csv or .pgm");
-  }
+  const std::string ending = requireEnding("slice", path, {".csv", ".pgm"});
   const auto field = makeField(map);
   const GridGeometry& g = map.geometry;
   Eigen::Vector3d low = g.samplePosition(Eigen::Vector3d::Zero()), high = low;
@@ -171,7 +152,7 @@ void writeSlice(const TtSdfMap& map, double height, const std::string& path) {
       text.put(valid ? static_cast<char>(static_cast<unsigned char>(1.0F + 254.0F * share)) : '\0');
     }
   }
-  write(path, text.str());
+  writeExport(path, text.str());
 }
 
 }  // namespace ttsdf

@@ -1,6 +1,8 @@
 // From a compressed map to files of other programs.
 
+#include <array>
 #include <iostream>
+#include <utility>
 
 #include "ttsdf_localization/exports/exports.h"
 #include "ttsdf_localization/exports/occupancy.h"
@@ -14,6 +16,22 @@ struct Arguments {
   std::string map, surface, cloud, vdb, occupancy, octomap, slice;
   double height = 0.0, resolution = 0.0, min_height = -1e9, max_height = 1e9;
 };
+
+void refuseSameFiles(const Arguments& a) {
+  const std::array<std::pair<const char*, const std::string&>, 5> files = {{{"--surface", a.surface},
+                                                                            {"--cloud", a.cloud},
+                                                                            {"--vdb", a.vdb},
+                                                                            {"--octomap", a.octomap},
+                                                                            {"--slice", a.slice}}};
+  for (std::size_t n = 0; n < files.size(); ++n) {
+    for (std::size_t m = 0; m < n; ++m) {
+      if (!files[n].second.empty() && files[n].second == files[m].second) {
+        throw ttsdf::UsageError(std::string("got '") + files[n].second + "' for " + files[m].first + " and " +
+                                files[n].first + ", wanted a file of its own for each");
+      }
+    }
+  }
+}
 
 int run(int argc, char** argv) {
   Arguments a;
@@ -40,6 +58,7 @@ int run(int argc, char** argv) {
     throw ttsdf::UsageError(
         "got nothing to write, wanted --surface, --cloud, --vdb, --occupancy, --octomap or --slice");
   }
+  refuseSameFiles(a);
   ttsdf::Progress progress("ttsdf_export");
   const ttsdf::TtSdfMap map = ttsdf::loadMap(a.map);
   progress.update("surface", 0.0);

@@ -2,14 +2,20 @@
 // loader.
 
 #include <gtest/gtest.h>
+#include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
+#include <octomap/OcTreeStamped.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Interpolation.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
+#include <sys/stat.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -165,6 +171,152 @@ TEST_F(ExportTool, OctreesAreReadByOctomapAndByOurselves) {
   EXPECT_EQ(fileText(folder_ / "probabilities.ttsdf"), fileText(folder_ / "again.ttsdf"));
 }
 
+std::string rotatedBoxObj(double angle) {
+  std::istringstream in(boxObj(Eigen::Vector3d::Zero()));
+  std::ostringstream out;
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    std::string key;
+    Eigen::Vector3d p;
+    words >> key;
+    if (key == "v" && words >> p.x() >> p.y() >> p.z()) {
+      out << "v " << (Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) * p).transpose() << '\n';
+    } else {
+      out << line << '\n';
+    }
+  }
+  return out.str();
+}
+
+/// Walls without holes: no way of 6 neighbours leads from the free space outside to cells inside.
+TEST_F(ExportTool, OctreesHaveNoHolesAtAnyResolution) {
+  const double angle = 0.4;
+  const std::string map = folder_ / "turned.ttsdf";
+  ASSERT_EQ(runProcess("ttsdf_build", {"--mesh", folder_.write("turned.obj", rotatedBoxObj(angle)),
+                                       "--voxel-size", "0.05", "--truncation", "0.15", "--output", map})
+                .exit_code,
+            0);
+  for (const double resolution : {0.02, 0.05, 0.07, 0.2}) {
+    exported({map, "--octomap", folder_ / "t.bt", "--resolution", std::to_string(resolution)});
+    octomap::OcTree tree(folder_ / "t.bt");
+    EXPECT_NEAR(tree.getResolution(), resolution, 1e-6);
+    int missed = 0, asked = 0;
+    for (double a = -0.9; a <= 0.9; a += 0.013) {
+      for (double b = -0.45; b <= 0.45; b += 0.013) {
+        // A point of the face x = 1: its cell, or one beside it in its row.
+        bool found = false;
+        for (const double step : {0.0, -1.0, 1.0}) {
+          const Eigen::Vector3d p =
+              Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) * Eigen::Vector3d(1.0, 0.75 * a, b) +
+              Eigen::Vector3d(step * resolution, 0.0, 0.0);
+          const auto* node = tree.search(p.x(), p.y(), p.z());
+          found = found || (node && tree.isNodeOccupied(node));
+        }
+        ++asked;
+        missed += found ? 0 : 1;
+      }
+    }
+    EXPECT_EQ(missed, 0) << "of " << asked << " at " << resolution;
+    for (auto leaf = tree.begin_leafs(), end = tree.end_leafs(); leaf != end; ++leaf) {
+      const Eigen::Vector3d p = Eigen::AngleAxisd(-angle, Eigen::Vector3d::UnitZ()) *
+                                Eigen::Vector3d(leaf.getX(), leaf.getY(), leaf.getZ());
+      if (tree.isNodeOccupied(*leaf)) {
+        EXPECT_LT(std::abs(distance(p)), std::sqrt(3.0) * leaf.getSize());
+      }
+    }
+  }
+}
+
+TEST_F(ExportTool, ResolutionsThatMakeNoSenseAreRefusedAtOnce) {
+  const std::string map = build("box", Eigen::Vector3d::Zero());
+  const auto begin = std::chrono::steady_clock::now();
+  for (const char* resolution : {"1e-300", "1e-9", "1e-4", "5", "100", "1e30", "1e308"}) {
+    for (const char* what : {"octomap", "occupancy"}) {
+      const ToolRun run = runProcess(
+          "ttsdf_export", {map, std::string("--") + what, folder_ / "t.bt", "--resolution", resolution});
+      expectError(run, 1, {what, "resolution of", "wanted"});
+    }
+  }
+  for (const char* resolution : {"-1", "nan", "inf"}) {
+    for (const char* what : {"octomap", "occupancy"}) {
+      EXPECT_NE(runProcess("ttsdf_export",
+                           {map, std::string("--") + what, folder_ / "t.bt", "--resolution", resolution})
+                    .exit_code,
+                0)
+          << what << resolution;
+    }
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(120));
+}
+
+TEST_F(ExportTool, OctreesOfOtherTypesAreReadOrNamed) {
+  octomap::OcTree tree(0.1);
+  octomap::ColorOcTree colours(0.1);
+  octomap::OcTreeStamped stamped(0.1);
+  for (int x = -10; x <= 10; ++x) {
+    for (int y = -10; y <= 10; ++y) {
+      for (int z = 0; z <= 5; ++z) {
+        const octomap::point3d p(0.1F * static_cast<float>(x) + 0.05F, 0.1F * static_cast<float>(y) + 0.05F,
+                                 0.1F * static_cast<float>(z) + 0.05F);
+        tree.updateNode(p, z == 0);
+        colours.updateNode(p, z == 0);
+        stamped.updateNode(p, z == 0);
+      }
+    }
+  }
+  const auto built = [this](const std::string& file) {
+    return runProcess("ttsdf_build", {"--octomap", file, "--voxel-size", "0.1", "--truncation", "0.3",
+                                      "--output", folder_ / "m.ttsdf"});
+  };
+  const auto map = [&](const octomap::AbstractOccupancyOcTree& any, const std::string& name) {
+    auto& writable = const_cast<octomap::AbstractOccupancyOcTree&>(any);
+    const std::string file = folder_ / name;
+    EXPECT_TRUE(name.find("bt") != std::string::npos ? writable.writeBinary(file) : any.write(file));
+    const ToolRun run = built(file);
+    EXPECT_EQ(run.exit_code, 0) << name << run.err;
+    return fileText(folder_ / "m.ttsdf");
+  };
+  const std::string plain = map(tree, "plain.bt");
+  EXPECT_TRUE(map(tree, "plain.ot") == plain);
+  EXPECT_TRUE(map(colours, "colours.bt") == plain);
+  EXPECT_TRUE(map(colours, "colours.ot") == plain);
+  EXPECT_TRUE(map(stamped, "stamped.ot") == plain);
+  // The file's header counts and not its name.
+  std::filesystem::rename(folder_ / "plain.ot", folder_ / "full.bt");
+  EXPECT_EQ(built(folder_ / "full.bt").exit_code, 0);
+  EXPECT_TRUE(fileText(folder_ / "m.ttsdf") == plain);
+  std::string other = fileText(folder_ / "plain.bt");
+  other.replace(other.find("id OcTree"), 9, "id CountingOcTree");
+  expectError(built(folder_.write("other.bt", other)), 1, {"other.bt", "CountingOcTree", "wanted OcTree"});
+  other.replace(other.find("id CountingOcTree"), 17, "di OcTree");
+  expectError(built(folder_.write("none.bt", other)), 1, {"none.bt", "type"});
+}
+
+TEST_F(ExportTool, FilesAreWholeAndReplaceNothingElse) {
+  const std::string map = build("box", Eigen::Vector3d::Zero());
+  const std::string before = fileText(map);
+  const std::string folder = folder_ / "f.ply";
+  std::filesystem::create_directory(folder);
+  const std::string pipe = folder_ / "p.ply";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::string wrong;
+  for (const char* what : {"surface", "cloud", "vdb", "octomap", "slice"}) {
+    const std::string flag = std::string("--") + what;
+    expectError(runProcess("ttsdf_export", {map, flag, map}), 1, {"ending '.ttsdf'", "wanted ."});
+    expectError(runProcess("ttsdf_export", {map, flag, folder_ / "no_ending"}), 1, {"wanted ."});
+    for (const char* ending : {".ply", ".pcd", ".vdb", ".bt", ".csv"})
+      EXPECT_NE(runProcess("ttsdf_export", {map, flag, (folder_ / "nowhere/x") + ending}).exit_code, 0);
+  }
+  expectError(runProcess("ttsdf_export", {map, "--octomap", folder_ / "t.ot"}), 1, {".bt"});
+  expectError(runProcess("ttsdf_export", {map, "--surface", folder}), 1, {"f.ply", "folder"});
+  expectError(runProcess("ttsdf_export", {map, "--surface", pipe}), 1, {"p.ply", "pipe"});
+  expectError(runProcess("ttsdf_export", {map, "--surface", folder_ / "a.ply", "--cloud", folder_ / "a.ply"}),
+              2, {"--surface", "--cloud"});
+  EXPECT_TRUE(fileText(map) == before);
+  exported({map, "--occupancy", folder_ / "a: b's #1"});
+  EXPECT_NE(fileText(folder_ / "a: b's #1.yaml").find("image: 'a: b''s #1.pgm'"), std::string::npos);
+}
+
 /// As map_server's image loader: the yaml's thresholds on (255 - grey) / 255, rows from the top.
 TEST_F(ExportTool, OccupancyGridsFollowTheRulesOfMapServer) {
   const std::string map = build("box", Eigen::Vector3d::Zero());
@@ -182,7 +334,8 @@ TEST_F(ExportTool, OccupancyGridsFollowTheRulesOfMapServer) {
     if (key == "resolution:") words >> resolution;
     if (key == "origin:") words >> x >> y;
   }
-  EXPECT_EQ(image, "o.pgm");
+  ASSERT_EQ(image, "'o.pgm'");
+  image = image.substr(1, image.size() - 2);
   EXPECT_DOUBLE_EQ(resolution, kVoxel);
   std::ifstream pgm(folder_ / image, std::ios::binary);
   std::string magic;
