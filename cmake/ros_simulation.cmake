@@ -49,5 +49,7 @@ if(TTSDF_BUILD_MAPPING)
     target_compile_definitions(ros_offline_localizer_test PRIVATE
       TTSDF_TOOL_DIR="$<TARGET_FILE_DIR:offline_localizer>" TTSDF_TEST_MAPS="${TTSDF_TEST_MAPS}")
     add_dependencies(ros_offline_localizer_test offline_localizer test_maps)
+    add_test(NAME ros_odd_bags_test COMMAND /usr/bin/python3 -B "${CMAKE_CURRENT_SOURCE_DIR}/test/ros/odd_bags_test.py"
+      $<TARGET_FILE:offline_localizer> "${TTSDF_TEST_MAPS}/room.ttsdf")
   endif()
 endif()

@@ -21,10 +21,17 @@ using sensor_msgs::PointField;
 
 const PointField& findField(const PointCloud2& cloud, const std::string& name) {
   std::string names;
+  const PointField* found = nullptr;
   for (const PointField& field : cloud.fields) {
-    if (field.name == name) return field;
     names += (names.empty() ? "" : " ") + field.name;
+    if (field.name != name) continue;
+    if (found && (found->offset != field.offset || found->datatype != field.datatype)) {
+      refuse("two fields '" + name + "', at the bytes " + std::to_string(found->offset) + " and " +
+             std::to_string(field.offset) + " of a point, wanted one");
+    }
+    found = &field;
   }
+  if (found) return *found;
   refuse("no field '" + name + "'; got fields '" + names + "', wanted x, y, z");
 }
 
@@ -60,6 +67,14 @@ Layout checkedLayout(const PointCloud2& cloud) {
              std::to_string(layout.point_step) + " bytes");
     }
     layout.offset[n] = field.offset;
+    for (std::size_t m = 0; m < n; ++m) {
+      if (std::max(layout.offset[m], layout.offset[n]) - std::min(layout.offset[m], layout.offset[n]) <
+          size) {
+        refuse(std::string("fields '") + names[m] + "' and '" + names[n] + "' overlap: got the bytes " +
+               std::to_string(layout.offset[m]) + " and " + std::to_string(layout.offset[n]) +
+               " of a point, wanted them " + std::to_string(size) + " apart");
+      }
+    }
   }
   // Real drivers leave row_step 0, or put the size of the whole cloud there: their data are packed.
   const std::uint64_t packed = std::uint64_t{cloud.width} * layout.point_step;

@@ -26,6 +26,23 @@ struct Camera {
   double fx, fy;
 };
 
+/// Wide limits: of no camera, but of another one's numbers, or of none.
+void checkPrincipalPoint(const sensor_msgs::CameraInfo& info, double fx, double fy, double cx, double cy) {
+  constexpr double kOutside = 2.0, kShortest = 0.05, kLongest = 50.0;  // in widths and heights of the sensor
+  const double width = info.width, height = info.height;
+  if (std::abs(cx - 0.5 * width) > (kOutside + 0.5) * width ||
+      std::abs(cy - 0.5 * height) > (kOutside + 0.5) * height) {
+    unusable("camera_info: got the principal point " + toString(cx) + ", " + toString(cy) + " of " +
+             sizeText(info.width, info.height) + " pixels, wanted it within or near the image");
+  }
+  const double longer = std::max(width, height);
+  if (std::min(fx, fy) < kShortest * longer || std::max(fx, fy) > kLongest * longer) {
+    unusable("camera_info: got the focal lengths " + toString(fx) + " and " + toString(fy) + " for " +
+             sizeText(info.width, info.height) + " pixels, wanted from " + toString(kShortest * longer) +
+             " to " + toString(kLongest * longer) + " pixels");
+  }
+}
+
 Camera cameraOf(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
   const std::size_t binning_x = std::max(1U, info.binning_x), binning_y = std::max(1U, info.binning_y);
   const auto& roi = info.roi;
@@ -46,6 +63,7 @@ Camera cameraOf(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& 
     unusable("camera_info: got the focal lengths " + std::to_string(fx) + " and " + std::to_string(fy) +
              ", wanted them above 0");
   }
+  checkPrincipalPoint(info, fx, fy, cx, cy);
   if (part) {
     cx -= roi.x_offset;
     cy -= roi.y_offset;
@@ -65,7 +83,7 @@ Value readPixel(const std::uint8_t* bytes, bool swap) {
 }
 
 bool hasReading(std::uint16_t depth) { return depth != 0; }
-bool hasReading(float depth) { return std::isfinite(depth); }
+bool hasReading(float depth) { return std::isfinite(depth) && depth > 0.0F; }
 
 template <class Value>
 void readPoints(const sensor_msgs::Image& image, const Camera& camera, float metres_per_unit,

@@ -1,6 +1,7 @@
 #include "ros/offline/bag_localizer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <stdexcept>
 #include <utility>
@@ -46,12 +47,24 @@ void BagLocalizer::add(const std_msgs::Header& header,
   QueuedScan scan;
   scan.header = header;
   scan.header.frame_id = withoutLeadingSlash(header.frame_id);
+  constexpr double kFarthest = 2147483647.0;  // [s]: ROS has no durations beyond
+  if (std::abs(header.stamp.toSec() - now_.toSec()) > kFarthest) {
+    return refuse(scan.header, Status::REASON_BAD_CLOUD,
+                  "the scan has the stamp " + std::to_string(header.stamp.toSec()) + " s at the bag's time " +
+                      std::to_string(now_.toSec()) + " s");
+  }
   if (clock_watch_.stampsJumped(header.stamp)) restart();
   try {
     if (scan.header.frame_id.empty()) throw std::invalid_argument("the scan has no frame_id");
     if (scan.header.stamp.isZero())
       throw std::invalid_argument("the scan has stamp 0: no transform can be looked up for it");
-    scan.points = convert(options_.cloud).points;
+    ConvertedCloud converted = convert(options_.cloud);
+    if (converted.wrong_byte_order) ++scans_of_wrong_byte_order_;
+    if (converted.points.cols() == 0) {
+      ++scans_without_points_;
+      if (converted.not_finite > converted.out_of_range) ++scans_without_readings_;
+    }
+    scan.points = std::move(converted.points);
   } catch (const std::exception& error) {
     refuse(scan.header, Status::REASON_BAD_CLOUD, error.what());
     return;
@@ -60,7 +73,7 @@ void BagLocalizer::add(const std_msgs::Header& header,
 }
 
 void BagLocalizer::advance(const ros::Time& time) {
-  const double seconds = now_.isZero() ? 0.0 : (time - now_).toSec();
+  const double seconds = now_.isZero() ? 0.0 : time.toSec() - now_.toSec();
   now_ = time;
   localizer_.passTime(std::clamp(seconds, 0.0, kLongestStep));
   workOnScans(false);
@@ -68,6 +81,23 @@ void BagLocalizer::advance(const ros::Time& time) {
 }
 
 void BagLocalizer::finish() { workOnScans(true); }
+
+std::vector<std::string> BagLocalizer::warnings() const {
+  std::vector<std::string> all = warnings_;
+  if (scans_without_points_ > 0) {
+    all.push_back(std::to_string(scans_without_points_) + " scans have no point between " +
+                  toString(options_.cloud.min_range) + " and " + toString(options_.cloud.max_range) +
+                  " m (min_range, max_range)" +
+                  (scans_without_readings_ > 0 ? "; most of " + std::to_string(scans_without_readings_) +
+                                                     " of them is no reading at all"
+                                               : ""));
+  }
+  if (scans_of_wrong_byte_order_ > 0) {
+    all.push_back("is_bigendian of " + std::to_string(scans_of_wrong_byte_order_) +
+                  " clouds is wrong, they are read the other way round");
+  }
+  return all;
+}
 
 void BagLocalizer::workOnScans(bool at_end) {
   while (const std::optional<ScanOutcome> outcome = localizer_.next(now_, false, at_end)) report(*outcome);

@@ -38,8 +38,8 @@ class BagLocalizer {
   void finish();
 
   int globalLocalizations() const { return globals_; }
-  /// Poses from outside that were refused, and why.
-  const std::vector<std::string>& warnings() const { return warnings_; }
+  /// Poses from outside that were refused, and why; scans that hold nothing.
+  std::vector<std::string> warnings() const;
 
  private:
   void workOnScans(bool at_end);
@@ -55,6 +55,7 @@ class BagLocalizer {
   std::vector<std::string> warnings_;
   ros::Time now_;
   int globals_ = 0;
+  int scans_without_points_ = 0, scans_without_readings_ = 0, scans_of_wrong_byte_order_ = 0;
 };
 
 }  // namespace ttsdf

@@ -51,6 +51,18 @@ std::string infoBeside(std::string image) {
   return slash == std::string::npos ? "camera_info" : image.substr(0, slash) + "/camera_info";
 }
 
+/// Errors of `convert` with the topic's name.
+template <class Convert>
+auto named(const std::string& topic, const Convert& convert) {
+  return [&topic, convert](const CloudOptions& options) {
+    try {
+      return convert(options);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("topic '" + topic + "': " + error.what());
+    }
+  };
+}
+
 class Player {
  public:
   Player(const BagTopics& topics, BagLocalizer& localizer) : topics_(topics), localizer_(localizer) {}
@@ -62,8 +74,9 @@ class Player {
         localizer_.add(*tf, topic == "tf_static");
     } else if (!topics_.cloud.empty() && topic == topics_.cloud) {
       if (const auto cloud = message.instantiate<sensor_msgs::PointCloud2>()) {
-        localizer_.add(cloud->header,
-                       [&](const CloudOptions& options) { return convertCloud(*cloud, options); });
+        localizer_.add(cloud->header, named(topics_.cloud, [&](const CloudOptions& options) {
+                         return convertCloud(*cloud, options);
+                       }));
       }
     } else if (topics_.cloud.empty() && topic == topics_.camera_info) {
       addInfo(message.instantiate<sensor_msgs::CameraInfo>());
@@ -100,14 +113,15 @@ class Player {
     try {
       addImage(boost::make_shared<sensor_msgs::Image>(decompressDepth(compressed)));
     } catch (const std::exception& error) {
-      const std::string why = error.what();
+      const std::string why = "topic '" + topics_.depth + "': " + error.what();
       localizer_.add(compressed.header,
                      [&](const CloudOptions&) -> ConvertedCloud { throw std::invalid_argument(why); });
     }
   }
   void addScan() {
-    localizer_.add(image_->header,
-                   [&](const CloudOptions& options) { return convertDepth(*image_, *info_, options); });
+    localizer_.add(image_->header, named(topics_.depth, [&](const CloudOptions& options) {
+                     return convertDepth(*image_, *info_, options);
+                   }));
   }
 
   const BagTopics topics_;
@@ -167,7 +181,13 @@ void play(const rosbag::Bag& bag, const BagTopics& topics, BagLocalizer& localiz
   Player player(topics, localizer);
   std::uint32_t done = 0;
   for (const rosbag::MessageInstance& message : view) {
-    player.add(message);
+    try {
+      player.add(message);
+    } catch (const ros::serialization::StreamOverrunException& error) {
+      throw std::runtime_error("bag: topic '" + message.getTopic() + "': a message of type " +
+                               message.getDataType() + " is damaged or of another type (" + error.what() +
+                               ")");
+    }
     progress(static_cast<double>(++done) / view.size());
   }
   localizer.finish();

@@ -133,7 +133,7 @@ int runOfflineLocalizer(int argc, char** argv) {
   }
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   for (const std::string& warning : localizer.warnings())
-    std::cerr << "offline_localizer: warning: " << warning << '\n';
+    std::cerr << "offline_localizer: warning: " << printable(warning) << '\n';
   report.close();
   std::cout << report.summary(seconds.count(), localizer.globalLocalizations());
   const std::string reason = report.reasonForNoPose();
@@ -148,7 +148,7 @@ int runOfflineLocalizer(int argc, char** argv) {
     writeJson(arguments.summary, summary);
   }
   if (reason.empty()) return 0;
-  std::cerr << "offline_localizer: no pose: " << reason << '\n';
+  std::cerr << "offline_localizer: no pose: " << printable(reason) << '\n';
   return kNoPose;
 }
 
