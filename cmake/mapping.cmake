@@ -30,8 +30,10 @@ ttsdf_library(ttsdf_mapping
     src/frames/frame_check.cpp
     src/frames/frame_folder.cpp
     src/frames/frame_layouts.cpp
+    src/frames/intrinsics_files.cpp
     src/frames/trajectory_file.cpp
     src/frames/pinhole.cpp
+    src/frames/stray_poses.cpp
     src/fusion/depth/surface_pixels.cpp
     src/fusion/depth/depth_pyramid.cpp
     src/fusion/depth/view_blocks.cpp

@@ -1,6 +1,7 @@
 #include "ttsdf_localization/frames/frame_check.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -15,6 +16,8 @@ namespace {
 
 constexpr double kGood = 0.5, kNonsense = 0.3, kClearlyBetter = 0.3, kConvincing = 0.6;
 constexpr double kNothingToAsk = 0.9, kLeftOver = 0.25;
+// What is mirrored shows in little of a camera that hardly leaves its place, and nothing else explains it.
+constexpr double kNothingToAskOfMirrors = 0.98;
 constexpr std::size_t kLeastPoints = 200;
 
 /// One reading of the folder.
@@ -23,6 +26,7 @@ struct Reading {
   FrameFolderOptions folder;
   double depth_factor = 1.0, shift = 0.0;  // [s], besides the folder's own
   bool quaternions_turned = false;
+  bool mirrored = false;  // as one of the usual mistakes
   CameraIntrinsics camera;
 };
 
@@ -109,6 +113,37 @@ PairAgreement agreementOf(const Sample& sample, const std::vector<Pair>& pairs, 
   return result;
 }
 
+/// Left-handed poses, and those of which somebody turned an axis round in a half only. `add` takes a change,
+/// the option and an edit of the reading.
+template <class Add>
+void addMirrors(const std::string& direction, const Add& add) {
+  const auto both = [&](const std::string& change, const std::string& option, const auto& edit) {
+    add("with " + change, "--mirror-poses " + option, [edit](Reading& r) {
+      edit(r);
+      r.mirrored = true;
+    });
+    add("with the poses inverted and " + change, "--poses " + direction + " --mirror-poses " + option,
+        [edit](Reading& r) {
+          edit(r);
+          r.mirrored = true;
+          r.folder.poses_world_to_camera = !r.folder.poses_world_to_camera;
+        });
+  };
+  constexpr std::array<char, 3> kAxes = {'x', 'y', 'z'};
+  for (const char axis : kAxes) {
+    both("the poses taken for left-handed", {axis}, [axis](Reading& r) { r.folder.mirrored_axis = axis; });
+  }
+  for (const char axis : kAxes) {
+    both("the poses' positions mirrored", std::string("positions-") + axis,
+         [axis](Reading& r) { r.folder.mirrored_positions = axis; });
+    for (const char of_camera : kAxes) {
+      const std::string axes{axis, of_camera};
+      both("the poses' rotations mirrored", "rotations-" + axes,
+           [axes](Reading& r) { r.folder.mirrored_rotations = axes; });
+    }
+  }
+}
+
 std::vector<Reading> usualMistakes(const FrameFolder& folder, const FrameFolderOptions& given) {
   std::vector<Reading> readings;
   Reading as_given;
@@ -186,17 +221,9 @@ std::vector<Reading> usualMistakes(const FrameFolder& folder, const FrameFolderO
   if (k.fy < 0.0) camera("with the sign of fy changed", positive);
   positive.fx = std::abs(k.fx);
   if (k.fx < 0.0 && k.fy < 0.0) camera("with the signs of fx and fy changed", positive);
-  for (const char axis : {'x', 'y', 'z'}) {
-    if (given.mirrored_axis != 0) break;
-    const std::string name(1, axis);
-    add("with the poses taken for left-handed", "--mirror-poses " + name,
-        [axis](Reading& r) { r.folder.mirrored_axis = axis; });
-    add("with the poses inverted and taken for left-handed",
-        "--poses " + direction + " --mirror-poses " + name, [axis](Reading& r) {
-          r.folder.mirrored_axis = axis;
-          r.folder.poses_world_to_camera = !r.folder.poses_world_to_camera;
-        });
-  }
+  const bool mirrored =
+      given.mirrored_axis != 0 || given.mirrored_positions != 0 || !given.mirrored_rotations.empty();
+  if (!mirrored) addMirrors(direction, add);
   return readings;
 }
 
@@ -218,6 +245,7 @@ void tryShifts(const Sample& sample, const std::vector<Pair>& pairs, const Readi
       check.best = agreement;
       check.best_change = "with the stamps shifted";
       check.best_option = "--stamp-shift " + shift.str();
+      check.best_mirrors = false;
       best = reading.shift;
     }
     middle = best;
@@ -252,8 +280,8 @@ FrameCheck::Verdict FrameCheck::verdict() const {
   if (as_given.points < kLeastPoints) return Verdict::kTooLittle;
   // Some mistakes are small in most views; that another reading leaves hardly anything unexplained tells
   // them.
-  const bool all_explained =
-      as_given.share < kNothingToAsk && 1.0 - best.share < kLeftOver * (1.0 - as_given.share);
+  const bool all_explained = as_given.share < (best_mirrors ? kNothingToAskOfMirrors : kNothingToAsk) &&
+                             1.0 - best.share < kLeftOver * (1.0 - as_given.share);
   const bool explained =
       (best.share >= kConvincing && best.share > as_given.share + kClearlyBetter) || all_explained;
   if (explained || as_given.share < kNonsense) return Verdict::kNonsense;
@@ -330,8 +358,10 @@ FrameCheck checkFrames(const FrameFolder& folder, const FrameFolderOptions& give
   }
   const std::vector<Reading> readings = usualMistakes(folder, given);
   check.as_given = agreementOf(sample, pairs, readings.front());
-  if (check.as_given.share >= kNothingToAsk) return check;
+  if (check.as_given.share >= kNothingToAskOfMirrors) return check;
+  const bool mirrors_only = check.as_given.share >= kNothingToAsk;
   for (std::size_t n = 1; n < readings.size(); ++n) {
+    if (mirrors_only && !readings[n].mirrored) continue;
     // Depths that no camera measures explain nothing.
     const double depth = readings[n].depth_factor * check.median_depth;
     if (readings[n].depth_factor != 1.0 && (depth < options.min_depth || depth > options.max_depth)) continue;
@@ -340,30 +370,10 @@ FrameCheck checkFrames(const FrameFolder& folder, const FrameFolderOptions& give
     check.best = agreement;
     check.best_change = readings[n].change;
     check.best_option = readings[n].option;
+    check.best_mirrors = readings[n].mirrored;
   }
-  tryShifts(sample, pairs, readings.front(), check);
+  if (!mirrors_only) tryShifts(sample, pairs, readings.front(), check);
   return check;
-}
-
-std::vector<std::pair<std::size_t, double>> strayPoses(const std::vector<Eigen::Isometry3d>& poses) {
-  constexpr double kFar = 50.0, kTimes = 20.0;  // [m], and in typical distances
-  std::vector<std::pair<std::size_t, double>> stray;
-  if (poses.size() < 3) return stray;
-  Eigen::Vector3d median;
-  std::vector<double> values(poses.size());
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  for (int axis = 0; axis < 3; ++axis) {
-    for (std::size_t n = 0; n < poses.size(); ++n) values[n] = poses[n].translation()[axis];
-    std::nth_element(values.begin(), middle, values.end());
-    median[axis] = *middle;
-  }
-  for (std::size_t n = 0; n < poses.size(); ++n) values[n] = (poses[n].translation() - median).norm();
-  const std::vector<double> distances = values;
-  std::nth_element(values.begin(), middle, values.end());
-  for (std::size_t n = 0; n < poses.size(); ++n) {
-    if (!(distances[n] <= kFar + kTimes * *middle)) stray.emplace_back(n, distances[n]);
-  }
-  return stray;
 }
 
 }  // namespace ttsdf

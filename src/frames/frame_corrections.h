@@ -19,6 +19,13 @@ inline Eigen::Isometry3d corrected(Eigen::Isometry3d T, const FrameFolderOptions
     T.linear() = mirror.asDiagonal() * T.linear() * mirror.asDiagonal();
     T.translation() = mirror.cwiseProduct(T.translation());
   }
+  if (options.mirrored_positions != 0) {
+    T.translation() = mirrorOf(options.mirrored_positions).cwiseProduct(T.translation());
+  }
+  if (options.mirrored_rotations.size() == 2) {
+    T.linear() = mirrorOf(options.mirrored_rotations[0]).asDiagonal() * T.linear() *
+                 mirrorOf(options.mirrored_rotations[1]).asDiagonal();
+  }
   if (options.opengl_axes) {
     Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
     turn.linear() = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();

@@ -25,7 +25,4 @@ struct FrameLayout {
 /// Throws std::runtime_error naming the folder if it has none of the layouts, or the file that is broken.
 FrameLayout findLayout(const std::string& folder, const FrameFolderOptions& options);
 
-/// Numbers of a camera matrix file, 3x3 or 4x4: fx, fy, cx, cy. Throws std::runtime_error.
-Eigen::Vector4d readCameraMatrix(const std::string& path);
-
 }  // namespace ttsdf

@@ -36,8 +36,11 @@ void declareFrames(CommandLine& line, BuildArguments& a) {
       .value("poses", "DIRECTION", a.poses, "What the poses map: camera-to-world or world-to-camera.")
       .value("camera-axes", "AXES", a.camera_axes,
              "opencv (x right, y down, z forward) or opengl (x right, y up, z backward).")
-      .value("mirror-poses", "AXIS", a.mirror_poses,
-             "Poses of a left-handed system: x, y (Unity) or z is turned round; none.")
+      .value(
+          "mirror-poses", "AXIS", a.mirror_poses,
+          "Poses of a left-handed system: x, y (Unity) or z is turned round; positions-x, -y or -z: of the "
+          "positions alone; rotations-AB: of the rotations alone, A of the world's axes and B of the "
+          "camera's; none.")
       .value("quaternions", "ORDER", a.quaternions, "xyzw or wxyz, where the poses are quaternions.")
       .value("pose-scale", "S", a.pose_scale, "Metres per unit of the poses.")
       .value("stamp-shift", "SECONDS", a.stamp_shift,
@@ -69,7 +72,10 @@ void checkFrameFlags(const BuildArguments& a) {
   if (!(a.pose_scale > 0.0)) throw UsageError("--pose-scale: wanted a number above 0");
   requireOneOf("poses", a.poses, {"camera-to-world", "world-to-camera"});
   requireOneOf("camera-axes", a.camera_axes, {"opencv", "opengl"});
-  requireOneOf("mirror-poses", a.mirror_poses, {"none", "x", "y", "z"});
+  requireOneOf("mirror-poses", a.mirror_poses,
+               {"none", "x", "y", "z", "positions-x", "positions-y", "positions-z", "rotations-xx",
+                "rotations-xy", "rotations-xz", "rotations-yx", "rotations-yy", "rotations-yz",
+                "rotations-zx", "rotations-zy", "rotations-zz"});
   requireOneOf("quaternions", a.quaternions, {"xyzw", "wxyz"});
 }
 
@@ -99,7 +105,13 @@ FrameFolderOptions frameFolderOptions(const BuildArguments& a) {
   options.units_per_metre = a.depth_scale;
   options.poses_world_to_camera = a.poses == "world-to-camera";
   options.opengl_axes = a.camera_axes == "opengl";
-  if (a.mirror_poses != "none") options.mirrored_axis = a.mirror_poses[0];
+  if (a.mirror_poses.rfind("positions-", 0) == 0) {
+    options.mirrored_positions = a.mirror_poses.back();
+  } else if (a.mirror_poses.rfind("rotations-", 0) == 0) {
+    options.mirrored_rotations = a.mirror_poses.substr(a.mirror_poses.size() - 2);
+  } else if (a.mirror_poses != "none") {
+    options.mirrored_axis = a.mirror_poses[0];
+  }
   options.quaternions_w_first = a.quaternions == "wxyz";
   options.pose_scale = a.pose_scale;
   options.stamp_shift = a.stamp_shift;

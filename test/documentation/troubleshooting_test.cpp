@@ -257,6 +257,15 @@ std::vector<Mistake> mistakes() {
                  return Words{"--octomap", w.write("a.bt", "hello, this is no octree"), "--output", w / "o"};
                },
                "a.bt"});
+  m.push_back(
+      {"An octree of another type", build,
+       [](W w) {
+         return Words{
+             "--octomap",
+             w.write("a.bt", "# Octomap OcTree binary file\nid CountingOcTree\nsize 1\nres 0.1\ndata\n"),
+             "--output", w / "o"};
+       },
+       "CountingOcTree"});
   m.push_back({"--grid without --vdb", build,
                [](W w) {
                  return mesh(w, "a.ply", Workshop::box(), {"--grid", "x"});
@@ -322,6 +331,14 @@ std::vector<Mistake> mistakes() {
                  }));
                },
                "--camera-axes opengl"});
+  m.push_back({"Poses with y the other way round in their positions only", build,
+               [](W w) {
+                 return frames(w, w.frames("my", [](auto T) {
+                   T.translation().y() *= -1.0;
+                   return T;
+                 }));
+               },
+               "--mirror-poses positions-y"});
   m.push_back({"Poses in millimetres", build,
                [](W w) {
                  return frames(w, w.frames("mm", [](auto T) {

@@ -21,6 +21,7 @@ struct FrameCheck {
   PairAgreement best;         ///< of the readings tried
   std::string best_change;    ///< what the best reading changes: "with the poses inverted"
   std::string best_option;    ///< and how to say so: "--poses world-to-camera"
+  bool best_mirrors = false;  ///< it turns an axis round
   double in_range = 1.0;      ///< share of the readings within [min_depth, max_depth]
   double median_depth = 0.0;  ///< [m]
 

@@ -37,6 +37,9 @@ struct FrameFolderOptions {
   bool opengl_axes = false;            ///< camera axes x right, y up, z backward (OpenCV: y down, z forward)
   char mirrored_axis =
       0;  ///< 'x', 'y' or 'z': left-handed poses, right-handed with this axis the other way round
+  char mirrored_positions = 0;  ///< 'x', 'y' or 'z': of the positions alone, whose rotations are right
+  /// World axis and camera axis ("yx") of the rotations alone, whose positions are right; empty: none.
+  std::string mirrored_rotations;
   bool quaternions_w_first = false;           ///< the poses' quaternions are w x y z
   double pose_scale = 1.0;                    ///< metres per unit of the poses' translations
   double stamp_shift = 0.0;                   ///< added to the images' stamps before poses are looked up [s]
