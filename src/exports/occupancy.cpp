@@ -9,7 +9,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "ttsdf_localization/files/file_writer.h"
+#include "export_file.h"
 
 namespace ttsdf {
 
@@ -17,15 +17,6 @@ namespace {
 
 constexpr double kLeastResolution = 0.02;               // [m]
 constexpr double kMostCells = 1e8, kMostSamples = 2e9;  // these are cells times layers
-
-Eigen::AlignedBox3d boxOf(const GridGeometry& geometry) {
-  Eigen::AlignedBox3d box;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Array3i bits(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
-    box.extend(geometry.samplePosition((bits * (geometry.dims - 1)).cast<double>().matrix()));
-  }
-  return box;
-}
 
 Eigen::Array2d cellsOf(const Eigen::AlignedBox3d& box, double resolution) {
   return ((box.max() - box.min()).head<2>().array() / resolution).ceil().max(1.0);
@@ -49,10 +40,6 @@ std::string quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : text) result += c == '\'' ? std::string("''") : std::string(1, c);
   return result + "'";
-}
-
-void writeBytes(const std::string& path, const std::string& bytes) {
-  writeFileAtomically(path, {bytes.begin(), bytes.end()});
 }
 
 }  // namespace
@@ -131,8 +118,8 @@ void writeOccupancy(const OccupancyImage& image, const std::string& name) {
        << "image: " << quoted(std::filesystem::path(stem).filename().string() + ".pgm")
        << "\nresolution: " << image.resolution << "\norigin: [" << image.origin.x() << ", "
        << image.origin.y() << ", 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
-  writeBytes(stem + ".pgm", picture.str());
-  writeBytes(stem + ".yaml", yaml.str());
+  writeExport(stem + ".pgm", picture.str());
+  writeExport(stem + ".yaml", yaml.str());
 }
 
 }  // namespace ttsdf

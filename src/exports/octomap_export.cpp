@@ -17,15 +17,6 @@ namespace {
 constexpr double kMostCells = 2e8;   // asked one by one
 constexpr double kMostKeys = 32767;  // an octree has 2^16 cells a side
 
-Eigen::AlignedBox3d boxOf(const GridGeometry& geometry) {
-  Eigen::AlignedBox3d box;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Array3i bits(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
-    box.extend(geometry.samplePosition((bits * (geometry.dims - 1)).cast<double>().matrix()));
-  }
-  return box;
-}
-
 void checkResolution(const Eigen::AlignedBox3d& box, double resolution, double voxel,
                      const std::string& path) {
   const auto refuse = [&](const std::string& why, double least, double most) {

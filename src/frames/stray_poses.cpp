@@ -1,3 +1,5 @@
+// Poses that lie far from all others.
+
 #include <algorithm>
 #include <utility>
 #include <vector>
