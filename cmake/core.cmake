@@ -75,7 +75,7 @@ ttsdf_library(ttsdf_core
 
 ttsdf_unit_test(files/file_writer_test.cpp LIBS ttsdf_core)
 # A map seen from above, for planners: so little that the map server can offer it.
-ttsdf_library(ttsdf_occupancy SOURCES src/exports/occupancy.cpp PUBLIC ttsdf_core)
+ttsdf_library(ttsdf_occupancy SOURCES src/exports/export_file.cpp src/exports/occupancy.cpp PUBLIC ttsdf_core)
 
 ttsdf_unit_test(localization/pose_covariance_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/motion_model_test.cpp LIBS ttsdf_core)

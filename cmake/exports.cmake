@@ -4,7 +4,6 @@ ttsdf_find_library(TTSDF_OCTOMATH_LIBRARY octomath)
 
 ttsdf_library(ttsdf_exports
   SOURCES
-    src/exports/export_file.cpp
     src/exports/grid_files.cpp
     src/exports/octomap_export.cpp
     src/exports/octomap_import.cpp
