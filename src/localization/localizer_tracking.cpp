@@ -1,4 +1,4 @@
-// Tracking: a scan near its prior is registered, checked, weighed against the prior, and believed or refused.
+// Tracking: a scan near its prior is registered with the prior, checked, and accepted or refused.
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -129,6 +129,7 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   motion_.correct(scan, update.T_map_base, update.covariance, result.degenerate_directions == 0);
   refused_in_row_ = 0;
   if (guessed) return followGuess(scan, guessed, update);
+  // Odometry measures what the scan does not.
   const bool fixed = result.degenerate_directions == 0 || motion_.guessedSigma(scan) == 0.0;
   if (fixed) confirmations_left_ = std::max(0, confirmations_left_ - 1);
   if (confirmations_left_ > 0 || scan.stamp < confirmed_from_) {

@@ -8,6 +8,7 @@
 //                              |                                   | confirmed                 v
 //                              +--- limits reached <--- relocalizing <--- place found ------ lost
 //                                                                          near or globally
+//   tracking, degraded: the first fixed pose after a long guess is searched and confirmed -> relocalizing
 //
 // No ROS, no threads, no clock: time is the stamps. The node and the offline localizer run the same class.
 // Not thread-safe; a GlobalJob is independent of it and may run in another thread.
@@ -132,17 +133,17 @@ class Localizer {
   // localizer_tracking.cpp: a scan's way while the pose is known.
   LocalizationUpdate track(const LocalizerScan& scan);
   RegistrationResult alignNear(const LocalizerScan& scan, const Prediction& prior);
-  /// Whether the prior may be meant by this pose; if not, the pose has to be found and confirmed.
-  Refusal checkPlausible(const LocalizerScan& scan, const Prediction& prior,
-                         const RegistrationResult& result) const;
   static RegistrationResult alignWith(Registration& registration, const LocalizerScan& scan,
                                       const PoseEstimate& prior);
+  /// Whether the motion explains this pose, or the scan fits well enough without that.
+  Refusal checkPlausible(const LocalizerScan& scan, const Prediction& prior,
+                         const RegistrationResult& result) const;
   /// Whether something measured the pose in all directions; without odometry a guess is good for a moment.
   Refusal checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const;
-  /// The pose goes on by guess, and is not published.
   /// The first scan that fixes the pose after motion was guessed for long: another place may fit as well.
   bool returnsFromGuess(const LocalizerScan& scan, const RegistrationResult& result) const;
   LocalizationUpdate returnFromGuess(const LocalizerScan& scan, const Prediction& prior);
+  /// The pose goes on by guess, and is not published.
   LocalizationUpdate followGuess(const LocalizerScan& scan, const Refusal& refusal,
                                  LocalizationUpdate& update);
   LocalizationUpdate accept(const LocalizerScan& scan, const Prediction& prior, LocalizationUpdate& update);
