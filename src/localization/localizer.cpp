@@ -123,7 +123,8 @@ void Localizer::timeJumpedBack() {
     // covers.
     addGuess(*last_valid_);
     guesses.back().source = "last pose before the time jump";
-  } else if (confirming()) {
+  }
+  if (confirming()) {  // a place that may be another one than that of the last good pose
     PoseGuess guess;
     guess.T_map_base = motion_.lastPose();
     guess.covariance = isotropicCovariance(options_.search.rotation_sigma, options_.search.translation_sigma);

@@ -36,6 +36,15 @@ bool Localizer::searchDue(double stamp, double period) {
   return true;
 }
 
+bool Localizer::isAmbiguous(const RegistrationResult& best, const Eigen::Isometry3d& T_prior,
+                            const Matrix6d& covariance) const {
+  constexpr double kTells = 9.0;  // difference of squared deviations: odds of 90 to 1
+  if (best.runner_up_score - best.score - best.blocked_ratio >= options_.global.min_margin) return false;
+  const double here = deviation(best.T_map_sensor, T_prior, covariance);
+  const double there = deviation(best.T_map_runner_up, T_prior, covariance);
+  return there <= kMaxDeviation && there * there - here * here < kTells;
+}
+
 LocalizationUpdate Localizer::searchAround(const LocalizerScan& scan, const Prediction& candidate,
                                            const SearchOptions& search) {
   LocalizationUpdate found = blank(scan);
@@ -50,6 +59,11 @@ LocalizationUpdate Localizer::searchAround(const LocalizerScan& scan, const Pred
   if (!(deviation(found.registration.T_map_sensor, T_map_sensor, covariance) <= kMaxDeviation)) {
     found.reason = RefusalReason::kJump;
     found.message = "the best fit lies too far away (" + figures(jump) + ") to be meant";
+  } else if (isAmbiguous(found.registration, T_map_sensor, covariance)) {
+    found.reason = RefusalReason::kAmbiguous;
+    found.message = "another place fits alike (" +
+                    figures(poseError(found.registration.T_map_sensor, found.registration.T_map_runner_up)) +
+                    " away), and the prior does not tell them apart";
   }
   return found;
 }

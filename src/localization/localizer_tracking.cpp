@@ -126,12 +126,11 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   const RegistrationResult& result = update.registration;
   fillPose(scan, {result.T_map_sensor, result.covariance}, update);
   const Refusal guessed = checkMeasured(scan, result);
-  motion_.correct(scan, update.T_map_base, update.covariance, result.degenerate_directions == 0);
+  motion_.correct(scan, update.T_map_base, update.covariance, measures(scan, result));
   refused_in_row_ = 0;
   if (guessed) return followGuess(scan, guessed, update);
-  // Odometry measures what the scan does not.
-  const bool fixed = result.degenerate_directions == 0 || motion_.guessedSigma(scan) == 0.0;
-  if (fixed) confirmations_left_ = std::max(0, confirmations_left_ - 1);
+  const bool measured = motion_.guessedSigma(scan) == 0.0;  // by the scan or by the odometry
+  if (measured) confirmations_left_ = std::max(0, confirmations_left_ - 1);
   if (confirmations_left_ > 0 || scan.stamp < confirmed_from_) {
     update.message = "confirming the pose found";
     return withState(update);
@@ -140,11 +139,15 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   return markValid(scan, update);
 }
 
+bool Localizer::measures(const LocalizerScan& scan, const RegistrationResult& result) const {
+  if (result.degenerate_directions == 0) return true;
+  const double most = options_.gates.max_guessed_translation;
+  return kSure * motion_.guessedSigma(scan) > most && kSure * largestSigma(result.covariance) <= most;
+}
+
 Refusal Localizer::checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const {
-  if (result.degenerate_directions == 0) return {};
-  // A scan may bound a direction that it does not fix.
-  const double sigma = std::min(motion_.guessedSigma(scan), largestSigma(result.covariance));
-  if (kSure * sigma <= options_.gates.max_guessed_translation) return {};
+  const double sigma = motion_.guessedSigma(scan);
+  if (kSure * sigma <= options_.gates.max_guessed_translation || measures(scan, result)) return {};
   char text[192];
   std::snprintf(
       text, sizeof(text),
@@ -155,14 +158,22 @@ Refusal Localizer::checkMeasured(const LocalizerScan& scan, const RegistrationRe
 }
 
 bool Localizer::returnsFromGuess(const LocalizerScan& scan, const RegistrationResult& result) const {
-  return result.degenerate_directions == 0 && motion_.measuredStamp() < motion_.lastStamp() &&
-         kSure * motion_.guessedSigma(scan) > options_.gates.max_jump_translation;
+  constexpr double kNear = 0.5;  // of a jump: places nearer to each other are one
+  return result.degenerate_directions == 0 && motion_.isBack(scan) &&
+         kSure * motion_.guessedSigma(scan) > kNear * options_.gates.max_jump_translation;
 }
 
 LocalizationUpdate Localizer::returnFromGuess(const LocalizerScan& scan, const Prediction& prior) {
+  if (!searchDue(scan.stamp, options_.recovery.search_period)) {
+    LocalizationUpdate update = blank(scan);
+    return followGuess(scan, {RefusalReason::kDegenerate, "guessed for long: the place has to be searched"},
+                       update);
+  }
   LocalizationUpdate found = searchAround(scan, prior, options_.search);
   const Refusal refusal = checkFoundNearLast(scan, found);
   if (refusal) return refuse(scan, refusal, found);
+  if (kSure * motion_.guessedSigma(scan) <= options_.gates.max_jump_translation)
+    return accept(scan, prior, found);
   const RegistrationResult& result = found.registration;
   fillPose(scan, {result.T_map_sensor, result.covariance}, found);
   motion_.correct(scan, found.T_map_base, found.covariance);

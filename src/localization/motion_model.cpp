@@ -9,12 +9,13 @@ namespace ttsdf {
 
 namespace {
 constexpr double kCalmSeconds = 2.0;  // in which what fast motion has shown is forgotten (1/e)
+// Of a variance: ten standard deviations are no motion of a camera but a correction of the pose.
+constexpr double kMostUnsteady = 100.0;
 
-/// Mean square of `part` against its variances, at least what remains of `before` after `seconds`.
-double widened(double before, double seconds, const Eigen::Vector3d& part, const Eigen::Matrix3d& variances) {
-  const double kept = 1.0 + (before - 1.0) * std::exp(-seconds / kCalmSeconds);
+/// Mean square of `part` against its variances, at least `kept`.
+double unsteadinessOf(const Eigen::Vector3d& part, const Eigen::Matrix3d& variances, double kept) {
   const double seen = part.squaredNorm() / variances.trace();
-  return std::isfinite(seen) ? std::max(kept, seen) : kept;
+  return std::isfinite(seen) ? std::clamp(seen, kept, kMostUnsteady) : kept;
 }
 
 /// Twist of the body frame that takes T_a to T_b in `seconds`.
@@ -44,10 +45,17 @@ Matrix6d MotionModel::velocityNoise(double seconds) const {
   return isotropicCovariance(rotation, translation);
 }
 
-Matrix6d MotionModel::guessNoise(double seconds) const {
-  Matrix6d noise = velocityNoise(seconds);
-  noise.topLeftCorner<3, 3>() *= unsteadiness_.rotation;
-  noise.bottomRightCorner<3, 3>() *= unsteadiness_.translation;
+MotionModel::Unsteadiness MotionModel::unsteadinessAt(double stamp) const {
+  const double kept = std::exp(-std::max(0.0, stamp - unsteadiness_.stamp) / kCalmSeconds);
+  return {stamp, 1.0 + (unsteadiness_.rotation - 1.0) * kept, 1.0 + (unsteadiness_.translation - 1.0) * kept};
+}
+
+Matrix6d MotionModel::guessNoise(double stamp) const {
+  // As unsteady as the camera was when it was last measured: what it does since nobody sees.
+  const Unsteadiness unsteadiness = unsteadinessAt(last_->measured);
+  Matrix6d noise = velocityNoise(stamp - last_->measured);
+  noise.topLeftCorner<3, 3>() *= unsteadiness.rotation;
+  noise.bottomRightCorner<3, 3>() *= unsteadiness.translation;
   return noise;
 }
 
@@ -59,9 +67,9 @@ void MotionModel::learnUnsteadiness(double stamp, const Eigen::Isometry3d& T_map
   const Eigen::Isometry3d guess = last_->T_map_base * expSe3(seconds * twist_);
   const Eigen::Vector3d turned = logSo3(T_map_base.linear() * guess.linear().transpose());
   const Eigen::Vector3d moved = T_map_base.translation() - guess.translation();
-  unsteadiness_.rotation = widened(unsteadiness_.rotation, seconds, turned, expected.topLeftCorner<3, 3>());
-  unsteadiness_.translation =
-      widened(unsteadiness_.translation, seconds, moved, expected.bottomRightCorner<3, 3>());
+  const Unsteadiness kept = unsteadinessAt(stamp);
+  unsteadiness_ = {stamp, unsteadinessOf(turned, expected.topLeftCorner<3, 3>(), kept.rotation),
+                   unsteadinessOf(moved, expected.bottomRightCorner<3, 3>(), kept.translation)};
 }
 
 bool MotionModel::hasOdometry(const LocalizerScan& scan) const {
@@ -70,7 +78,14 @@ bool MotionModel::hasOdometry(const LocalizerScan& scan) const {
 
 double MotionModel::guessedSigma(const LocalizerScan& scan) const {
   if (!last_ || hasOdometry(scan) || options_.prior == "external") return 0.0;
-  return std::sqrt(guessNoise(scan.stamp - last_->measured)(3, 3));
+  return std::sqrt(guessNoise(scan.stamp)(3, 3));
+}
+
+bool MotionModel::isBack(const LocalizerScan& scan) const {
+  constexpr double kGap = 2.5;  // of the time between scans
+  if (!last_) return false;
+  return last_->measured < last_->stamp ||
+         (twist_interval_ && scan.stamp - last_->stamp > kGap * *twist_interval_);
 }
 
 std::optional<Prediction> MotionModel::predict(const LocalizerScan& scan) const {
@@ -89,7 +104,7 @@ std::optional<Prediction> MotionModel::predict(const LocalizerScan& scan) const 
   const double seconds = scan.stamp - last_->stamp;
   const double carried = std::clamp(seconds, 0.0, options_.max_extrapolation);
   return Prediction{last_->T_map_base * expSe3(carried * twist_),
-                    last_->covariance_measured + guessNoise(scan.stamp - last_->measured)};
+                    last_->covariance_measured + guessNoise(scan.stamp)};
 }
 
 Prediction MotionModel::predict(const PoseGuess& guess, const LocalizerScan& scan) const {
@@ -111,12 +126,15 @@ void MotionModel::correct(const LocalizerScan& scan, const Eigen::Isometry3d& T_
     const bool back = measured && last_->measured < last_->stamp;
     stop();
     if (seconds > 1e-6 && seconds <= options_.max_extrapolation) {  // too long a time does not tell
-      twist_interval_ = back ? scan.stamp - last_->measured : seconds;
-      const Eigen::Isometry3d& T_from = back ? last_->T_map_base_measured : last_->T_map_base;
-      // Differences of odometry are smoother than differences of corrections.
-      twist_ = scan.T_odom_base && last_->T_odom_base
-                   ? bodyTwist(*last_->T_odom_base, *scan.T_odom_base, seconds)
-                   : bodyTwist(T_from, T_map_base, *twist_interval_);
+      if (scan.T_odom_base && last_->T_odom_base) {
+        // Differences of odometry are smoother than differences of corrections.
+        twist_interval_ = seconds;
+        twist_ = bodyTwist(*last_->T_odom_base, *scan.T_odom_base, seconds);
+      } else {
+        twist_interval_ = back ? scan.stamp - last_->measured : seconds;
+        twist_ =
+            bodyTwist(back ? last_->T_map_base_measured : last_->T_map_base, T_map_base, *twist_interval_);
+      }
     }
   }
   remember(scan, T_map_base, covariance);

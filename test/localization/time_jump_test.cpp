@@ -42,6 +42,42 @@ TEST(TimeJump, KeepsTheLastPoseWhenNoticedTwice) {
   EXPECT_EQ(message.find("last pose before the time jump, test: "), 0U) << message;
 }
 
+/// A global localization that finds the scan's place.
+void findGlobally(Localizer& localizer, const LocalizerScan& scan, const Eigen::Isometry3d& place) {
+  GlobalJob job = localizer.beginGlobal(scan, std::nullopt);
+  const PreparedMap map = Localizer::prepare(roomField(), localizer.options().registration);
+  job.runWith([&](const ScanPoints& points, const auto&,
+                  const auto&) { return map.registration->align(points, place); },
+              {});
+  localizer.applyGlobal(job);
+}
+
+void expectFoundAfterAJump(Tracking& t, const Eigen::Isometry3d& place) {
+  LocalizationUpdate update = t.localizer.process(t.walk.scanAt(t.next++, place));
+  ASSERT_EQ(t.localizer.state(), LocalizerState::kRelocalizing) << update.message;
+  t.localizer.timeJumpedBack();
+  for (int n = 0; n < 8; ++n) update = t.localizer.process(t.walk.scanAt(n, place));
+  ASSERT_TRUE(update.pose_valid) << update.message;
+  expectNear(update.T_map_base, place, 0.02, 0.01);
+}
+
+const Eigen::Isometry3d kElsewhere = test::cameraPose({3.4, 2.6, 1.3}, -2.2, 0.1);
+
+TEST(TimeJump, KeepsAPlaceThatWasNotConfirmedYet) {
+  Tracking t;
+  t.localizer.reset();
+  findGlobally(t.localizer, t.walk.scanAt(t.next++, kElsewhere), kElsewhere);
+  expectFoundAfterAJump(t, kElsewhere);
+}
+
+// Carried elsewhere and found there; then the clock jumps before that is confirmed.
+TEST(TimeJump, KeepsANewPlaceBesideTheLastGoodPose) {
+  Tracking t;
+  ASSERT_EQ(t.localizer.state(), LocalizerState::kTracking);
+  findGlobally(t.localizer, t.walk.scanAt(t.next++, kElsewhere), kElsewhere);
+  expectFoundAfterAJump(t, kElsewhere);
+}
+
 // Far from the start the search around the start pose may find a better score a metre off, which nobody
 // meant.
 TEST(TimeJump, GoesOnFromTheLastPoseFarFromTheStart) {

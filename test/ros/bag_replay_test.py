@@ -108,7 +108,9 @@ class BagReplay(unittest.TestCase):
         self.assertTrue(os.path.getsize(self.map_file) == self.report.file_bytes)
 
     def test_tracks_with_drifting_odometry(self):
-        self.check(self.replay("odometry", True), 0.9)
+        figures = self.replay("odometry", True)
+        self.check(figures, 0.9)
+        self.assertNotIn("lost", figures["status"]["states"])
 
     def test_tracks_without_odometry(self):
         # One wall without anything on it fills the image for seconds: no pose is better than a guess that is called good.

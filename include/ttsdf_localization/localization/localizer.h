@@ -138,6 +138,8 @@ class Localizer {
   /// Whether the motion explains this pose, or the scan fits well enough without that.
   Refusal checkPlausible(const LocalizerScan& scan, const Prediction& prior,
                          const RegistrationResult& result) const;
+  /// Whether the scan fixes the position, or bounds it where a guess would no longer do.
+  bool measures(const LocalizerScan& scan, const RegistrationResult& result) const;
   /// Whether something measured the pose in all directions; without odometry a guess is good for a moment.
   Refusal checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const;
   /// The first scan that fixes the pose after motion was guessed for long: another place may fit as well.
@@ -171,6 +173,9 @@ class Localizer {
   Refusal searchGuesses(const LocalizerScan& scan, LocalizationUpdate& best);
   LocalizationUpdate searchAround(const LocalizerScan& scan, const Prediction& candidate,
                                   const SearchOptions& search);
+  /// Whether neither the scan nor the prior tells the pose found from another one.
+  bool isAmbiguous(const RegistrationResult& best, const Eigen::Isometry3d& T_prior,
+                   const Matrix6d& covariance) const;
   bool fitsAlike(const LocalizationUpdate& a, const LocalizationUpdate& b) const;
   /// Held to what is usual, if that is known: a wrong place fits worse.
   Refusal checkFound(const LocalizationUpdate& found) const;

@@ -36,6 +36,9 @@ class MotionModel {
   /// How far the position may be off along directions that this scan does not fix [m]: without odometry
   /// they are a guess since the last scan that fixed them. 0 with odometry.
   double guessedSigma(const LocalizerScan& scan) const;
+  /// Whether scans that would have measured the pose are missing before this one: they came, and did not fix
+  /// it, were refused, or did not come.
+  bool isBack(const LocalizerScan& scan) const;
   /// A pose found by a search: the velocity is unknown.
   void setPose(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
 
@@ -64,15 +67,17 @@ class MotionModel {
   bool hasOdometry(const LocalizerScan& scan) const;
   Matrix6d odometryNoise(const Eigen::Isometry3d& motion) const;
   Matrix6d velocityNoise(double seconds) const;
-  /// The same as unsteady as the camera has been lately.
-  Matrix6d guessNoise(double seconds) const;
-  void learnUnsteadiness(double stamp, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
 
   /// Variances of the guessed motion against those of the options, at least 1: a hand shakes more than a
   /// robot.
   struct Unsteadiness {
+    double stamp = 0.0;  ///< when it was seen
     double rotation = 1.0, translation = 1.0;
   };
+  Unsteadiness unsteadinessAt(double stamp) const;
+  /// Of the motion since the last measured pose.
+  Matrix6d guessNoise(double stamp) const;
+  void learnUnsteadiness(double stamp, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
 
   MotionOptions options_;
   std::optional<Fix> last_;
