@@ -1,7 +1,7 @@
 # Benchmarks (TTSDF_BUILD_BENCHMARKS): one program per layer, on the simulated apartment.
 find_package(benchmark REQUIRED)
 
-foreach(name kernel field iteration registration map)
+foreach(name field iteration registration map)
   add_executable(${name}_benchmark benchmark/${name}_benchmark.cpp benchmark/benchmark_world.cpp)
   target_include_directories(${name}_benchmark PRIVATE benchmark)
   target_link_libraries(${name}_benchmark PRIVATE
