@@ -7,8 +7,11 @@ import numpy as np
 import rospy
 import rostest
 from sensor_msgs.msg import PointCloud2, PointField
+from tf2_msgs.msg import TFMessage
 
-from fake_robot import RobotTestCase, Status, cloud_message
+from fake_robot import START, RobotTestCase, Status, cloud_message, pose_message, transform
+
+END_OF_TIME = rospy.Time(4294967295, 0)
 
 
 class BadClouds(RobotTestCase):
@@ -83,6 +86,33 @@ class BadClouds(RobotTestCase):
         cloud = self.good()
         cloud.header.stamp = rospy.Time.now() + rospy.Duration(1000.0)
         self.assertIn('future', self.status_of(cloud, Status.REASON_BAD_CLOUD).message)
+
+    def test_stamp_at_the_end_of_time(self):
+        cloud = self.good()
+        cloud.header.stamp = END_OF_TIME
+        status = self.status_of(cloud, Status.REASON_BAD_CLOUD)
+        self.assertIn('future', status.message)
+        self.assertIn('4294967295', status.message)
+
+    def test_a_transform_at_the_end_of_time_is_left_out(self):
+        publisher = rospy.Publisher('/tf', TFMessage, queue_size=5)
+        self.assertTrue(self.recorder.wait_for(lambda: publisher.get_num_connections() > 1))
+        far = transform('odom', 'base_link', START, END_OF_TIME)
+        status = self.recorder.wait_for_status(lambda s: 'left out' in s.message, 20.0,
+                                               do=lambda: publisher.publish(TFMessage([far])))
+        self.assertIsNotNone(status, self.recorder.history())
+        self.assertIn("'odom' -> 'base_link'", status.message)
+        self.assertIn('4294967295', status.message)
+        self.assertEqual(status.state, Status.TRACKING)
+        self.assertIsNone(self.recorder.wait_for_status(lambda s: s.state != Status.TRACKING, 2.0))
+
+    def test_a_start_pose_at_the_end_of_time_is_taken_for_now(self):
+        pose = pose_message(self.robot.T_map_base, stamp=END_OF_TIME)
+        status = self.recorder.wait_for_status(lambda s: 'initialpose taken' in s.message, 20.0,
+                                               do=lambda: self.recorder.set_pose(pose))
+        self.assertIsNotNone(status, self.recorder.history())
+        self.assertIn('4294967295', status.message)
+        self.assertTrue(self.recorder.wait_for_state(Status.TRACKING), self.recorder.history())
 
     def test_stamp_of_long_ago(self):
         cloud = self.good()

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "ros/messages/conversions.h"
+#include "ros/scans/transform_buffer.h"
 
 namespace ttsdf {
 
@@ -24,12 +25,15 @@ PosedCloudSource::PosedCloudSource(ros::NodeHandle nh, const std::string& global
       callback_(std::move(callback)),
       queue_(queueOptions(global_frame_id_, queue_size), buffer_),
       selector_(selection) {
-  transforms_ = std::make_unique<TransformInput>(
-      nh, [this](const tf2_msgs::TFMessage& message, const std::string& authority, bool is_static) {
-        for (const auto& transform : message.transforms)
-          buffer_.setTransform(transform, authority, is_static);
-        if (!queue_.empty()) workOnQueue();
-      });
+  transforms_ = std::make_unique<TransformInput>(nh, [this](const tf2_msgs::TFMessage& message,
+                                                            const std::string& authority, bool is_static) {
+    for (const auto& transform : message.transforms) {
+      const AddedTransform added = addTransform(buffer_, transform, authority, is_static, ros::Time::now());
+      if (!added.left_out.empty())
+        ROS_WARN_STREAM_THROTTLE(5.0, "left out of " << authority << ": " << added.left_out);
+    }
+    if (!queue_.empty()) workOnQueue();
+  });
   subscriber_ =
       nh.subscribe("cloud", static_cast<std::uint32_t>(queue_size), &PosedCloudSource::onCloud, this);
   timer_ =

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "ros/messages/conversions.h"
+#include "ros/messages/stamps.h"
 
 namespace ttsdf {
 
@@ -13,6 +14,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kLook{50};  // between two looks at the queue without news
 constexpr std::chrono::microseconds kTurn{200};
+constexpr double kLeftOutPeriod = 1.0;                  // [s] between two statuses of transforms left out
 constexpr double kFastestClock = 20.0;                  // times real time
 constexpr std::chrono::milliseconds kMostBacklog{150};  // busy for longer: only the newest scan counts
 
@@ -72,16 +74,27 @@ void LocalizationPipeline::stop() {
 
 void LocalizationPipeline::addTransforms(const tf2_msgs::TFMessage& message, const std::string& authority,
                                          bool is_static) {
-  if (localizer_.addTransforms(message, authority, is_static)) {
+  const TransformsOutcome outcome = localizer_.addTransforms(message, authority, is_static, ros::Time::now());
+  if (outcome.went_back) {
     restart("the transforms' stamps went back");
-    localizer_.addTransforms(message, authority, is_static);
+    localizer_.addTransforms(message, authority, is_static, ros::Time::now());
   }
+  if (outcome.left_out > 0) sayLeftOut(authority + ": " + outcome.why);
   if (localizer_.queue().empty()) return;
   {
     const std::lock_guard<std::mutex> lock(work_mutex_);
     work_waits_ = true;
   }
   work_.notify_one();
+}
+
+void LocalizationPipeline::sayLeftOut(const std::string& transform) {
+  const ros::WallTime now = ros::WallTime::now();
+  if ((now - last_left_out_).toSec() < kLeftOutPeriod) return;
+  last_left_out_ = now;
+  const std::string message = "left out of " + transform;
+  ROS_WARN_STREAM_NAMED(name_, name_ << ": " << message);
+  publishEvent(Status::REASON_NO_TRANSFORM, message);
 }
 
 void LocalizationPipeline::noteArrival() {
@@ -199,7 +212,7 @@ void LocalizationPipeline::publishStatus(Status status, const ros::Time& stamp, 
   status.header.stamp = stamp;
   status.header.frame_id = frames_.global_frame_id;
   status.map_id = map_id_;
-  if (of_a_scan && !stamp.isZero()) status.latency = (ros::Time::now() - stamp).toSec();
+  if (of_a_scan && !stamp.isZero()) status.latency = secondsBetween(stamp, ros::Time::now());
   status.progress = global_worker_ && global_worker_->running() ? global_worker_->progress() : 0.0;
   {
     const std::lock_guard<std::mutex> lock(counts_mutex_);
@@ -378,7 +391,7 @@ double LocalizationPipeline::secondsSinceLastLook() {
   const ros::Time now = ros::Time::now();
   const Clock::time_point steady = Clock::now();
   double seconds = std::chrono::duration<double>(steady - last_steady_look_).count();
-  if (ros::Time::isSimTime()) seconds = std::min((now - last_look_).toSec(), kFastestClock * seconds);
+  if (ros::Time::isSimTime()) seconds = std::min(secondsBetween(last_look_, now), kFastestClock * seconds);
   last_look_ = now;
   last_steady_look_ = steady;
   return seconds;
@@ -432,7 +445,7 @@ LocalizationPipeline::View LocalizationPipeline::view() const {
   view.tf_wanted = frames_.tf_broadcast;
   const ros::Time now = ros::Time::now();
   view.tf_sent = tf_output_.isSending(now);
-  view.tf_age = (now - tf_output_.lastStamp()).toSec();
+  view.tf_age = secondsBetween(tf_output_.lastStamp(), now);
   view.tf_frames = frames_.global_frame_id + " -> " +
                    (frames_.odom_frame_id.empty() ? frames_.base_frame_id : frames_.odom_frame_id);
   const std::lock_guard<std::mutex> counts_lock(counts_mutex_);

@@ -124,6 +124,7 @@ class LocalizationPipeline {
   bool workOnNext();
   void handle(ScanOutcome outcome);
   void publishUpdate(const LocalizationUpdate& update, const SeenScan& seen);
+  void sayLeftOut(const std::string& transform);
   void publishStatus(Status status, const ros::Time& stamp, bool of_a_scan);
   Status currentStatus() const;
   double secondsSinceLastLook();
@@ -162,6 +163,8 @@ class LocalizationPipeline {
   ros::WallTime last_progress_, last_waiting_status_;
   ros::Time last_look_;
   std::chrono::steady_clock::time_point last_steady_look_ = std::chrono::steady_clock::now();
+
+  ros::WallTime last_left_out_;  ///< of the thread that adds transforms
 
   mutable std::mutex counts_mutex_;  ///< never held while another one is taken
   ScanCounts counts_;

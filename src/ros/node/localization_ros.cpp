@@ -119,8 +119,14 @@ void LocalizationRos::subscribe() {
     }
   }
   if (pipeline_.gravity().wantsImu()) {
-    imu_subscriber_ = scan_node_.subscribe<sensor_msgs::Imu>(
-        "imu", 50, [this](const sensor_msgs::ImuConstPtr& imu) { pipeline_.gravity().add(*imu); });
+    imu_subscriber_ =
+        scan_node_.subscribe<sensor_msgs::Imu>("imu", 50, [this](const sensor_msgs::ImuConstPtr& imu) {
+          const std::string left_out = pipeline_.gravity().add(*imu, ros::Time::now());
+          if (!left_out.empty()) {
+            ROS_WARN_STREAM_THROTTLE_NAMED(5.0, name_,
+                                           name_ << ": a message of the IMU was left out: " << left_out);
+          }
+        });
   }
   initial_pose_subscriber_ = scan_node_.subscribe("initialpose", 2, &LocalizationRos::onInitialPose, this);
 }
@@ -160,7 +166,8 @@ std::optional<PoseRequest> LocalizationRos::poseAtStart() {
 
 void LocalizationRos::onInitialPose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& message) {
   try {
-    PoseRequest request = readPose(*message, pipeline_.buffer(), options_.frames, "initialpose");
+    PoseRequest request =
+        readPose(*message, pipeline_.buffer(), options_.frames, "initialpose", ros::Time::now());
     if (!request.warning.empty()) ROS_WARN_STREAM_NAMED(name_, name_ << ": " << request.warning);
     pipeline_.usePose(std::move(request));
   } catch (const std::exception& error) {

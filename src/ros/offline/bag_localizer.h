@@ -28,7 +28,7 @@ class BagLocalizer {
   BagLocalizer(const LocalizationRosOptions& options, PreparedMap map, Report report);
 
   void add(const tf2_msgs::TFMessage& transforms, bool is_static);
-  void add(const sensor_msgs::Imu& imu) { localizer_.gravity().add(imu); }
+  void add(const sensor_msgs::Imu& imu);
   void add(const geometry_msgs::PoseWithCovarianceStamped& initial_pose);
   /// A cloud or a depth image; what `convert` throws is reported.
   void add(const std_msgs::Header& header, const std::function<ConvertedCloud(const CloudOptions&)>& convert);
@@ -38,7 +38,7 @@ class BagLocalizer {
   void finish();
 
   int globalLocalizations() const { return globals_; }
-  /// Poses from outside that were refused, and why; scans that hold nothing.
+  /// Poses from outside that were refused, and why; scans that hold nothing; messages that were left out.
   std::vector<std::string> warnings() const;
 
  private:
@@ -55,6 +55,11 @@ class BagLocalizer {
   std::vector<std::string> warnings_;
   ros::Time now_;
   int globals_ = 0;
+  struct LeftOut {
+    int count = 0;
+    std::string why;  ///< of the last one
+  };
+  LeftOut transforms_left_out_, imu_left_out_;
   int scans_without_points_ = 0, scans_without_readings_ = 0, scans_of_wrong_byte_order_ = 0;
 };
 

@@ -1,5 +1,7 @@
 #include "ros/scans/clock_watch.h"
 
+#include "ros/messages/stamps.h"
+
 namespace ttsdf {
 
 namespace {
@@ -9,7 +11,7 @@ constexpr int kOldScans = 3;          // ... several in a row are
 }  // namespace
 
 bool ClockWatch::clockJumped(const ros::Time& now) {
-  const bool jumped = last_now_.toSec() - now.toSec() > kClockJitter;
+  const bool jumped = secondsBetween(now, last_now_) > kClockJitter;
   last_now_ = now;
   if (jumped) {
     newest_stamp_ = ros::Time();
@@ -20,8 +22,7 @@ bool ClockWatch::clockJumped(const ros::Time& now) {
 
 bool ClockWatch::stampsJumped(const ros::Time& stamp) {
   if (stamp.isZero()) return false;
-  if (newest_stamp_.toSec() - stamp.toSec() <=
-      kOldScan) {  // a difference of times may be more than a Duration holds
+  if (secondsBetween(stamp, newest_stamp_) <= kOldScan) {
     if (stamp > newest_stamp_) newest_stamp_ = stamp;
     old_in_row_ = 0;
     return false;

@@ -31,6 +31,13 @@ struct ScanOutcome {
   std::string message;
 };
 
+/// What came of a message of transforms.
+struct TransformsOutcome {
+  bool went_back = false;  ///< their stamps went back: tf refuses them for being too old
+  int left_out = 0;        ///< whose stamps cannot be compared with the clock
+  std::string why;         ///< of the last one left out
+};
+
 /// Not thread-safe, but for queue() and buffer(), which are.
 class ScanLocalizer {
  public:
@@ -44,8 +51,9 @@ class ScanLocalizer {
   Localizer& localizer() { return localizer_; }
   const Localizer& localizer() const { return localizer_; }
 
-  /// In one thread. True if the stamps of the transforms went back: tf refuses them for being too old.
-  bool addTransforms(const tf2_msgs::TFMessage& message, const std::string& authority, bool is_static);
+  /// In one thread.
+  TransformsOutcome addTransforms(const tf2_msgs::TFMessage& message, const std::string& authority,
+                                  bool is_static, const ros::Time& now);
 
   /// Works on the next scan of the queue; empty: none can be used yet. `newest`: older ones are passed over.
   std::optional<ScanOutcome> next(const ros::Time& now, bool newest = false, bool at_end = false);
