@@ -119,6 +119,14 @@ class BadClouds(RobotTestCase):
         cloud.header.stamp = rospy.Time.now() - rospy.Duration(1000.0)
         self.assertIn('older', self.status_of(cloud, Status.REASON_NO_TRANSFORM).message)
 
+    def test_the_same_scan_twice(self):
+        cloud = self.good()
+        self.pose_of(cloud)
+        status = self.status_of(cloud, Status.REASON_OLD_STAMP)
+        self.assertIn('not newer', status.message)
+        self.assertEqual(status.header.stamp, cloud.header.stamp)
+        self.assertEqual(status.state, Status.TRACKING)
+
     def test_no_frame(self):
         cloud = self.good()
         cloud.header.frame_id = ''

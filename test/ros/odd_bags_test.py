@@ -1,6 +1,7 @@
 """Bags that drivers and damage make: each is localized rightly, or the message names the topic, what was got and wanted.
 usage: odd_bags_test.py OFFLINE-LOCALIZER MAP-OF-THE-ROOM"""
 
+import csv
 import io
 import os
 import struct
@@ -25,6 +26,7 @@ TOOL, MAP = sys.argv[1:3]
 WIDTH, HEIGHT, COUNT = 64, 48, 12
 FOCAL = room.FOCAL * WIDTH
 NAN = float("nan")
+REASON_OLD_STAMP = 18  # of LocalizationStatus, which this test does without
 
 
 def base_pose(n):
@@ -253,6 +255,9 @@ class OddBags(unittest.TestCase):
         self.expect_named("control characters", ["'x?[31m'"], edit=lambda m: setattr(m.header, "frame_id", "x\x1b[31m"))
         self.expect_named("stamps of 0", ["stamp 0"], stamp_of=lambda n: rospy.Time(0))
         self.expect_named("one stamp", ["not newer"], stamp_of=lambda n: rospy.Time(1000))
+        with open(self.path("statuses.csv"), newline="") as lines:
+            reasons = [int(row["reason"]) for row in csv.DictReader(lines)]
+        self.assertEqual(reasons[1:], [REASON_OLD_STAMP] * (COUNT - 1))
         self.expect_named("end of time", ["stamp 4294967295.999999999", "the bag's time"],
                           stamp_of=lambda n: rospy.Time(4294967295, 999999999))
         self.expect_named("long ago", ["older than the transforms"], stamp_of=lambda n: rospy.Time(5))

@@ -160,8 +160,8 @@ bool LocalizationPipeline::workOnNext() {
 
 void LocalizationPipeline::handle(ScanOutcome outcome) {
   using Kind = ScanOutcome::Kind;
-  const bool no_pose =
-      outcome.kind == Kind::kRefused || (outcome.kind == Kind::kLocalized && !outcome.update.pose_valid);
+  const bool refused = outcome.kind == Kind::kRefused || outcome.kind == Kind::kOld;
+  const bool no_pose = refused || (outcome.kind == Kind::kLocalized && !outcome.update.pose_valid);
   {
     const std::lock_guard<std::mutex> lock(counts_mutex_);
     if (outcome.kind == Kind::kOvertaken) ++counts_.dropped;
@@ -170,11 +170,12 @@ void LocalizationPipeline::handle(ScanOutcome outcome) {
     if (no_pose) ++counts_.refused;
     if (outcome.kind != Kind::kRefused) counts_.last_taken = ros::WallTime::now();
   }
-  if (outcome.kind == Kind::kRefused) {
-    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, name_, name_ << ": " << outcome.message);
+  if (refused) {
+    const bool old = outcome.kind == Kind::kOld;
     Status status = currentStatus();
-    status.reason = Status::REASON_NO_TRANSFORM;
-    status.message = outcome.message;
+    status.reason = old ? statusReason(outcome.update.reason) : std::uint8_t{Status::REASON_NO_TRANSFORM};
+    status.message = old ? outcome.update.message : outcome.message;
+    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, name_, name_ << ": " << status.message);
     publishStatus(std::move(status), outcome.header.stamp, true);
   }
   if (outcome.kind != Kind::kLocalized) return;

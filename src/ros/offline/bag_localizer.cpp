@@ -127,7 +127,9 @@ void BagLocalizer::report(const ScanOutcome& outcome) {
     case ScanOutcome::Kind::kRefused:
       return refuse(outcome.header, Status::REASON_NO_TRANSFORM, outcome.message);
     case ScanOutcome::Kind::kOvertaken:
-      return refuse(outcome.header, Status::REASON_TIME_JUMP, "the scan is not newer than the one before");
+      return refuse(outcome.header, Status::REASON_OLD_STAMP, "the scan was overtaken by newer ones");
+    case ScanOutcome::Kind::kOld:
+      return refuse(outcome.header, statusReason(outcome.update.reason), outcome.update.message);
     case ScanOutcome::Kind::kSkipped:
       return;
     case ScanOutcome::Kind::kLocalized:

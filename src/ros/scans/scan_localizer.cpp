@@ -107,7 +107,7 @@ std::optional<ScanOutcome> ScanLocalizer::next(const ros::Time& now, bool newest
   }
   outcome.update = localizer_.process(outcome.scan);
   if (outcome.update.reason == RefusalReason::kOldStamp) {
-    outcome.kind = ScanOutcome::Kind::kOvertaken;
+    outcome.kind = ScanOutcome::Kind::kOld;
     return outcome;
   }
   outcome.kind = ScanOutcome::Kind::kLocalized;

@@ -21,7 +21,8 @@ struct ScanOutcome {
   enum class Kind {
     kLocalized,  ///< the localizer saw it: `update`
     kSkipped,    ///< the robot has not moved enough, or max_rate is kept
-    kOvertaken,  ///< a newer scan was there
+    kOvertaken,  ///< newer scans came faster than they were taken
+    kOld,        ///< not newer than the one before: `update`
     kRefused     ///< its transforms are missing or broken: `message`
   };
   Kind kind = Kind::kLocalized;
