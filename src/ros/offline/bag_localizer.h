@@ -1,6 +1,7 @@
 #pragma once
 // The localizer fed from a bag, message by message: what the node does, without a master, a clock or threads.
-// Every scan is used, and the same bag gives the same result whatever the machine does meanwhile.
+// No scan is passed over for lack of time: max_rate and update_min_* alone skip scans, by their stamps and
+// motions. So the same bag gives the same result whatever the machine does meanwhile.
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <sensor_msgs/Imu.h>
@@ -23,8 +24,8 @@ class BagLocalizer {
   /// A scan's outcome: the status as the node publishes it, and the pose where the status says pose_valid.
   using Report = std::function<void(const std_msgs::Header&, const Status&, const LocalizationUpdate&)>;
 
-  /// `options` as checkAndTidy leaves them. The time limit of a global localization is lifted: how far it
-  /// gets in a given time would depend on the machine.
+  /// `options` as checkAndTidy leaves them. A global localization ends before the next message is read,
+  /// however long it takes.
   BagLocalizer(const LocalizationRosOptions& options, PreparedMap map, Report report);
 
   void add(const tf2_msgs::TFMessage& transforms, bool is_static);
