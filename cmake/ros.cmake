@@ -91,6 +91,7 @@ ttsdf_ros_library(ttsdf_ros
     src/ros/node/localization_output.cpp
     src/ros/node/localization_diagnostics.cpp
     src/ros/node/localization_pipeline.cpp
+    src/ros/node/localization_pipeline_events.cpp
     src/ros/node/localization_pipeline_global.cpp
     src/ros/node/localization_ros.cpp
     src/ros/node/localization_ros_services.cpp

@@ -56,13 +56,13 @@ void PosedCloudSource::onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
   // tf2 takes stamp 0 for "the newest transform", which is the pose of another moment.
   if (cloud->header.stamp.isZero()) return refuse(cloud->header.frame_id, "the cloud has stamp 0");
   if (cloud->header.frame_id.empty()) return refuse("", "the cloud has an empty frame_id");
-  bool jumped = false;
+  bool jumped_back = false;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    jumped = stamps_.stampsJumped(cloud->header.stamp);
-    if (jumped) selector_.reset();
+    jumped_back = stamps_.stampsJumpedBack(cloud->header.stamp);
+    if (jumped_back) selector_.reset();
   }
-  if (jumped) {
+  if (jumped_back) {
     // Transforms and waiting clouds of the time that was undone would be mixed up with those that come now.
     ROS_WARN_STREAM("Stamps went back to " << cloud->header.stamp
                                            << ": transforms and waiting clouds are forgotten, "

@@ -72,12 +72,12 @@ class LocalizationPipeline {
   /// A scan that could not be read.
   void refuseScan(const std_msgs::Header& header, const std::string& message);
 
-  // Events.
+  // Events: localization_pipeline_events.cpp.
   void useMap(LoadedMap map, std::optional<PoseRequest> pose = {});
   void usePose(PoseRequest request);
   void setPaused(bool paused);
   void reset(std::optional<PoseRequest> start);
-  void restart(const std::string& why);  ///< the time went back
+  void timeJumpedBack(const std::string& why);
   void requestUpdate();
   void setOptions(const LocalizationRosOptions& options);
   /// Replaces the search in the map in use (an empty one: back to that). A search that runs is cancelled and
@@ -120,6 +120,7 @@ class LocalizationPipeline {
     ros::WallTime taken;
   };
 
+  // localization_pipeline.cpp: the way of a scan.
   void run();
   bool workOnNext();
   void handle(ScanOutcome outcome);
@@ -128,6 +129,8 @@ class LocalizationPipeline {
   void publishStatus(Status status, const ros::Time& stamp, bool of_a_scan);
   Status currentStatus() const;
   double secondsSinceLastLook();
+
+  // localization_pipeline_events.cpp
   std::string awaitedInputs() const;
 
   // localization_pipeline_global.cpp

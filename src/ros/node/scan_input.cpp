@@ -141,9 +141,9 @@ void ScanInput::take(Topic& topic, const std_msgs::Header& header,
   // Without simulated time a looping bag shows in the stamps only; a stamp ahead of the clock is refused
   // below. A jump of the clock is noticed elsewhere, and must not be noticed again here.
   const ros::Time now = ros::Time::now();
-  topic.stamps.clockJumped(now);
-  if (header.stamp <= now && topic.stamps.stampsJumped(header.stamp))
-    callbacks_.jumped("the stamps of '" + topic.scans.getTopic() + "' went back");
+  topic.stamps.clockJumpedBack(now);
+  if (header.stamp <= now && topic.stamps.stampsJumpedBack(header.stamp))
+    callbacks_.time_jumped_back("the stamps of '" + topic.scans.getTopic() + "' went back");
   if (!callbacks_.arrived()) return;
   CloudOptions options;
   {

@@ -60,7 +60,7 @@ void TfOutput::stop() {
   T_parent_child_.reset();
 }
 
-void TfOutput::timeJumped() {
+void TfOutput::timeJumpedBack() {
   const std::lock_guard<std::mutex> lock(mutex_);
   T_parent_child_.reset();
   last_stamp_ = last_sent_ = updated_ = ros::Time();

@@ -36,8 +36,8 @@ void BagLocalizer::add(const tf2_msgs::TFMessage& transforms, bool is_static) {
     transforms_left_out_.count += outcome.left_out;
     transforms_left_out_.why = outcome.why;
   }
-  if (!outcome.went_back) return;
-  restart();
+  if (!outcome.jumped_back) return;
+  timeJumpedBack();
   localizer_.addTransforms(transforms, "bag", is_static, now_);
 }
 
@@ -65,7 +65,7 @@ void BagLocalizer::add(const std_msgs::Header& header,
   scan.header.frame_id = withoutLeadingSlash(header.frame_id);
   const std::string problem = stampProblem(header.stamp, now_);
   if (!problem.empty()) return refuse(scan.header, Status::REASON_BAD_CLOUD, kBagTime + problem);
-  if (clock_watch_.stampsJumped(header.stamp)) restart();
+  if (clock_watch_.stampsJumpedBack(header.stamp)) timeJumpedBack();
   try {
     if (scan.header.frame_id.empty()) throw std::invalid_argument("the scan has no frame_id");
     if (scan.header.stamp.isZero())
@@ -157,9 +157,9 @@ void BagLocalizer::refuse(const std_msgs::Header& header, std::uint8_t reason, c
   report_(header, status, update);
 }
 
-void BagLocalizer::restart() {
+void BagLocalizer::timeJumpedBack() {
   finish();
-  localizer_.restart();
+  localizer_.timeJumpedBack();
 }
 
 }  // namespace ttsdf

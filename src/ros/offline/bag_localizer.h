@@ -47,7 +47,7 @@ class BagLocalizer {
   void report(const ScanOutcome& outcome);
   void runGlobal(const LocalizerScan& scan, const std_msgs::Header& header);
   void refuse(const std_msgs::Header& header, std::uint8_t reason, const std::string& message);
-  void restart();
+  void timeJumpedBack();
 
   const LocalizationRosOptions options_;
   const Report report_;

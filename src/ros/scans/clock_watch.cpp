@@ -10,17 +10,17 @@ constexpr double kOldScan = 1.0;      // [s] a single late scan is no jump ...
 constexpr int kOldScans = 3;          // ... several in a row are
 }  // namespace
 
-bool ClockWatch::clockJumped(const ros::Time& now) {
-  const bool jumped = secondsBetween(now, last_now_) > kClockJitter;
+bool ClockWatch::clockJumpedBack(const ros::Time& now) {
+  const bool jumped_back = secondsBetween(now, last_now_) > kClockJitter;
   last_now_ = now;
-  if (jumped) {
+  if (jumped_back) {
     newest_stamp_ = ros::Time();
     old_in_row_ = 0;
   }
-  return jumped;
+  return jumped_back;
 }
 
-bool ClockWatch::stampsJumped(const ros::Time& stamp) {
+bool ClockWatch::stampsJumpedBack(const ros::Time& stamp) {
   if (stamp.isZero()) return false;
   if (secondsBetween(stamp, newest_stamp_) <= kOldScan) {
     if (stamp > newest_stamp_) newest_stamp_ = stamp;

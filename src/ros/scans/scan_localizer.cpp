@@ -56,9 +56,9 @@ TransformsOutcome ScanLocalizer::addTransforms(const tf2_msgs::TFMessage& messag
     if (is_static) continue;
     int& refused = old_transforms_[transform.child_frame_id];
     refused = added.taken ? 0 : refused + 1;
-    outcome.went_back = outcome.went_back || (refused >= kOldTransforms && isTooOld(transform));
+    outcome.jumped_back = outcome.jumped_back || (refused >= kOldTransforms && isTooOld(transform));
   }
-  if (outcome.went_back) old_transforms_.clear();
+  if (outcome.jumped_back) old_transforms_.clear();
   return outcome;
 }
 
@@ -138,7 +138,7 @@ void ScanLocalizer::reset() {
   localizer_.reset();
 }
 
-void ScanLocalizer::restart() {
+void ScanLocalizer::timeJumpedBack() {
   buffer_.clear();
   queue_.clear();
   last_stamp_ = silence_ = 0.0;

@@ -34,9 +34,9 @@ struct ScanOutcome {
 
 /// What came of a message of transforms.
 struct TransformsOutcome {
-  bool went_back = false;  ///< their stamps went back: tf refuses them for being too old
-  int left_out = 0;        ///< whose stamps cannot be compared with the clock
-  std::string why;         ///< of the last one left out
+  bool jumped_back = false;  ///< their stamps went back: tf refuses them for being too old
+  int left_out = 0;          ///< whose stamps cannot be compared with the clock
+  std::string why;           ///< of the last one left out
 };
 
 /// Not thread-safe, but for queue() and buffer(), which are.
@@ -70,7 +70,7 @@ class ScanLocalizer {
   /// Pose and motion forgotten, map kept.
   void reset();
   /// The clock went back: transforms and scans of the time that was undone are forgotten.
-  void restart();
+  void timeJumpedBack();
   /// The next scan is used even if the robot stands still.
   void requestUpdate() { update_requested_ = true; }
   void setOptions(const LocalizationRosOptions& options);
