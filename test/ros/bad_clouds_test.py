@@ -106,6 +106,14 @@ class BadClouds(RobotTestCase):
         self.assertEqual(status.state, Status.TRACKING)
         self.assertIsNone(self.recorder.wait_for_status(lambda s: s.state != Status.TRACKING, 2.0))
 
+    def test_a_transform_of_another_year_is_got_over(self):
+        publisher = rospy.Publisher('/tf', TFMessage, queue_size=5)
+        self.assertTrue(self.recorder.wait_for(lambda: publisher.get_num_connections() > 1))
+        far = transform('odom', 'base_link', START, rospy.Time(3000000000))  # tf2 can compare it with the others
+        status = self.recorder.wait_for_status(lambda s: s.reason == Status.REASON_TIME_JUMP, 20.0,
+                                               do=lambda: publisher.publish(TFMessage([far])))
+        self.assertIsNotNone(status, self.recorder.history())
+
     def test_a_start_pose_at_the_end_of_time_is_taken_for_now(self):
         pose = pose_message(self.robot.T_map_base, stamp=END_OF_TIME)
         status = self.recorder.wait_for_status(lambda s: 'initialpose taken' in s.message, 20.0,

@@ -30,7 +30,7 @@ PosedCloudSource::PosedCloudSource(ros::NodeHandle nh, const std::string& global
     for (const auto& transform : message.transforms) {
       const AddedTransform added = addTransform(buffer_, transform, authority, is_static, ros::Time::now());
       if (!added.left_out.empty())
-        ROS_WARN_STREAM_THROTTLE(5.0, "left out of " << authority << ": " << added.left_out);
+        ROS_WARN_STREAM_THROTTLE(5.0, "left out: " << added.left_out << " (from " << authority << ")");
     }
     if (!queue_.empty()) workOnQueue();
   });

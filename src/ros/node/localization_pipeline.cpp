@@ -81,7 +81,7 @@ void LocalizationPipeline::addTransforms(const tf2_msgs::TFMessage& message, con
     timeJumpedBack("the transforms' stamps went back");
     localizer_.addTransforms(message, authority, is_static, ros::Time::now());
   }
-  if (outcome.left_out > 0) sayLeftOut(authority + ": " + outcome.why);
+  if (outcome.left_out > 0) sayLeftOut(outcome.why + " (from " + authority + ")");
   if (localizer_.queue().empty()) return;
   {
     const std::lock_guard<std::mutex> lock(work_mutex_);
@@ -94,7 +94,7 @@ void LocalizationPipeline::sayLeftOut(const std::string& transform) {
   const ros::WallTime now = ros::WallTime::now();
   if ((now - last_left_out_).toSec() < kLeftOutPeriod) return;
   last_left_out_ = now;
-  const std::string message = "left out of " + transform;
+  const std::string message = "left out: " + transform;
   ROS_WARN_STREAM_NAMED(name_, name_ << ": " << message);
   publishEvent(Status::REASON_NO_TRANSFORM, message);
 }
