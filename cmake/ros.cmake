@@ -68,6 +68,7 @@ ttsdf_ros_library(ttsdf_ros
     src/ros/messages/cloud_conversion.cpp
     src/ros/messages/compressed_depth.cpp
     src/ros/messages/depth_conversion.cpp
+    src/ros/messages/stamps.cpp
     src/ros/parameters/parameters.cpp
     src/ros/parameters/localization_options.cpp
     src/ros/scans/clock_watch.cpp
@@ -82,6 +83,7 @@ ttsdf_ros_library(ttsdf_ros
     src/ros/maps/folder_watch.cpp
     src/ros/scans/scan_queue.cpp
     src/ros/scans/scan_localizer.cpp
+    src/ros/scans/transform_buffer.cpp
     src/ros/node/live_parameters.cpp
     src/ros/node/global_worker.cpp
     src/ros/node/tf_output.cpp
@@ -89,6 +91,7 @@ ttsdf_ros_library(ttsdf_ros
     src/ros/node/localization_output.cpp
     src/ros/node/localization_diagnostics.cpp
     src/ros/node/localization_pipeline.cpp
+    src/ros/node/localization_pipeline_events.cpp
     src/ros/node/localization_pipeline_global.cpp
     src/ros/node/localization_ros.cpp
     src/ros/node/localization_ros_services.cpp
@@ -99,6 +102,7 @@ ttsdf_node(localization_node SOURCES src/nodes/localization_node.cpp LIBS ttsdf_
 ttsdf_unit_test(ros/cloud_conversion_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/conversions_test.cpp LIBS ttsdf_ros ttsdf_compression)
 ttsdf_unit_test(ros/clock_watch_test.cpp LIBS ttsdf_ros)
+ttsdf_unit_test(ros/stamps_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/folder_watch_test.cpp LIBS ttsdf_ros ttsdf_atlas)
 ttsdf_unit_test(ros/pose_store_test.cpp LIBS ttsdf_ros)
 ttsdf_unit_test(ros/parameters_test.cpp LIBS ttsdf_ros yaml-cpp)

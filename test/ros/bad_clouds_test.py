@@ -7,8 +7,11 @@ import numpy as np
 import rospy
 import rostest
 from sensor_msgs.msg import PointCloud2, PointField
+from tf2_msgs.msg import TFMessage
 
-from fake_robot import RobotTestCase, Status, cloud_message
+from fake_robot import START, RobotTestCase, Status, cloud_message, pose_message, transform
+
+END_OF_TIME = rospy.Time(4294967295, 0)
 
 
 class BadClouds(RobotTestCase):
@@ -84,10 +87,53 @@ class BadClouds(RobotTestCase):
         cloud.header.stamp = rospy.Time.now() + rospy.Duration(1000.0)
         self.assertIn('future', self.status_of(cloud, Status.REASON_BAD_CLOUD).message)
 
+    def test_stamp_at_the_end_of_time(self):
+        cloud = self.good()
+        cloud.header.stamp = END_OF_TIME
+        status = self.status_of(cloud, Status.REASON_BAD_CLOUD)
+        self.assertIn('future', status.message)
+        self.assertIn('4294967295', status.message)
+
+    def test_a_transform_at_the_end_of_time_is_left_out(self):
+        publisher = rospy.Publisher('/tf', TFMessage, queue_size=5)
+        self.assertTrue(self.recorder.wait_for(lambda: publisher.get_num_connections() > 1))
+        far = transform('odom', 'base_link', START, END_OF_TIME)
+        status = self.recorder.wait_for_status(lambda s: 'left out' in s.message, 20.0,
+                                               do=lambda: publisher.publish(TFMessage([far])))
+        self.assertIsNotNone(status, self.recorder.history())
+        self.assertIn("'odom' -> 'base_link'", status.message)
+        self.assertIn('4294967295', status.message)
+        self.assertEqual(status.state, Status.TRACKING)
+        self.assertIsNone(self.recorder.wait_for_status(lambda s: s.state != Status.TRACKING, 2.0))
+
+    def test_a_transform_of_another_year_is_got_over(self):
+        publisher = rospy.Publisher('/tf', TFMessage, queue_size=5)
+        self.assertTrue(self.recorder.wait_for(lambda: publisher.get_num_connections() > 1))
+        far = transform('odom', 'base_link', START, rospy.Time(3000000000))  # tf2 can compare it with the others
+        status = self.recorder.wait_for_status(lambda s: s.reason == Status.REASON_TIME_JUMP, 20.0,
+                                               do=lambda: publisher.publish(TFMessage([far])))
+        self.assertIsNotNone(status, self.recorder.history())
+
+    def test_a_start_pose_at_the_end_of_time_is_taken_for_now(self):
+        pose = pose_message(self.robot.T_map_base, stamp=END_OF_TIME)
+        status = self.recorder.wait_for_status(lambda s: 'initialpose taken' in s.message, 20.0,
+                                               do=lambda: self.recorder.set_pose(pose))
+        self.assertIsNotNone(status, self.recorder.history())
+        self.assertIn('4294967295', status.message)
+        self.assertTrue(self.recorder.wait_for_state(Status.TRACKING), self.recorder.history())
+
     def test_stamp_of_long_ago(self):
         cloud = self.good()
         cloud.header.stamp = rospy.Time.now() - rospy.Duration(1000.0)
         self.assertIn('older', self.status_of(cloud, Status.REASON_NO_TRANSFORM).message)
+
+    def test_the_same_scan_twice(self):
+        cloud = self.good()
+        self.pose_of(cloud)
+        status = self.status_of(cloud, Status.REASON_OLD_STAMP)
+        self.assertIn('not newer', status.message)
+        self.assertEqual(status.header.stamp, cloud.header.stamp)
+        self.assertEqual(status.state, Status.TRACKING)
 
     def test_no_frame(self):
         cloud = self.good()

@@ -45,6 +45,36 @@ TEST(DepthConversion, ARegionOfInterestAndBinningMoveTheCamera) {
   EXPECT_THROW(convertDepth(depthImage(0, 0, 40, 30, 2), info, {}), std::invalid_argument);
 }
 
+/// A part of a larger image whose driver corrects the principal point, and says nothing of a region of
+/// interest.
+TEST(DepthConversion, ACropMayHaveItsPrincipalPointFarOutside) {
+  constexpr std::uint32_t kCut = 8;  // columns that are left, at the right end
+  const sensor_msgs::Image strip = depthImage(kDepthWidth - kCut, 0, kCut, kDepthHeight, 1);
+  sensor_msgs::CameraInfo info = depthInfo();
+  info.width = kCut;
+  info.P[2] = info.K[2] = depthInfo().P[2] - (kDepthWidth - kCut);
+  EXPECT_LT(info.P[2], -3.0 * kCut);
+  expectOnTheWall(convertDepth(strip, info, {}).points, 1e-5);
+
+  sensor_msgs::CameraInfo kinect = depthInfo();
+  kinect.width = 64;
+  kinect.height = 480;
+  kinect.P[0] = kinect.P[5] = 525.0;
+  kinect.P[2] = -256.0;
+  kinect.P[6] = 240.0;
+  sensor_msgs::Image image;
+  image.width = 64;
+  image.height = 480;
+  image.encoding = "16UC1";
+  image.step = 128;
+  image.data.assign(128 * 480, 0);
+  EXPECT_NO_THROW(convertDepth(image, kinect, {}));
+  for (const double nonsense : {1e300, -1e300, 1e5, -1e5}) {
+    kinect.P[2] = nonsense;
+    EXPECT_THROW(convertDepth(image, kinect, {}), std::invalid_argument) << nonsense;
+  }
+}
+
 TEST(DepthConversion, OtherByteOrderAndPaddedRowsAreRead) {
   sensor_msgs::Image padded = depthImage(0, 0, kDepthWidth, kDepthHeight, 1);
   sensor_msgs::Image other = padded;

@@ -1,11 +1,20 @@
 #pragma once
 // The faults of fault_run: their names, how long they last, whether somebody has to say them, and what they
 // do to a scan.
+//
+// A new fault has four places:
+//   1. Fault;
+//   2. kNames, in the same order;
+//   3. mustBeSaid and secondsOf, where "need not be said" and 1 s are wrong for it;
+//   4. what it does: damageScan, if it changes a scan; else FaultyRobot (fault_injection.h): begin for
+//      what happens once, sendOdometry and sendScan for what happens at every step.
 
 #include <sensor_msgs/PointCloud2.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstring>
+#include <iterator>
 #include <random>
 
 namespace ttsdf {
@@ -61,6 +70,8 @@ constexpr const char* kNames[] = {"none",
                                   "clock 30 s forward",
                                   "map swapped",
                                   "reset and new pose"};
+static_assert(std::size(kNames) == static_cast<std::size_t>(Fault::kCount), "one name for each fault");
+inline const char* nameOf(Fault fault) { return kNames[static_cast<int>(fault)]; }
 
 /// What must be said about it, in a status or in the diagnostics; the others must not be noticed by anybody.
 inline bool mustBeSaid(Fault fault) {

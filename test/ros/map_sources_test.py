@@ -62,16 +62,26 @@ class MapSources(unittest.TestCase):
         # It is alive although it has no map: its own services answer.
         rospy.wait_for_service('service/localization/load_map', 30.0)
         self.assertFalse(rospy.ServiceProxy('service/localization/load_map', LoadMap)('/no/file').success)
+        # Whatever goes wrong: it is said, with the service's name, and the service is called again.
+        cut = self.message()
+        cut.data = cut.data[:500]
+        answers = [lambda: GetMapResponse(False, 'not built yet', TtSdfMap()),
+                   lambda: GetMapResponse(True, '', cut),
+                   lambda: None,  # rospy answers such a call with an error
+                   lambda: GetMapResponse(True, '', self.message())]
         calls = []
 
         def get_map(_):
             calls.append(1)
-            if len(calls) == 1:
-                return GetMapResponse(False, 'not built yet', TtSdfMap())
-            return GetMapResponse(True, '', self.message())
+            return answers[min(len(calls), len(answers)) - 1]()
         rospy.Service('service/get_map', GetMap, get_map)
         start_tracking(self, r, robot)
-        self.assertEqual(len(calls), 2)
+        self.assertEqual(len(calls), len(answers))
+        said = [s.message for s in r.statuses if "service '/service/get_map'" in s.message]
+        self.assertEqual(len(said), 3, said)
+        for message, words in zip(said, ('not built yet', 'sent a map that cannot be used', 'did not answer')):
+            self.assertIn(words, message)
+            self.assertNotIn('could not be called', message)
         robot.stop()
 
     def test_a_service_that_hangs_does_not_keep_the_localizer(self):

@@ -1,6 +1,7 @@
 """Bags that drivers and damage make: each is localized rightly, or the message names the topic, what was got and wanted.
 usage: odd_bags_test.py OFFLINE-LOCALIZER MAP-OF-THE-ROOM"""
 
+import csv
 import io
 import os
 import struct
@@ -14,7 +15,7 @@ import PIL.Image
 import rosbag
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu, PointCloud2, PointField
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
@@ -25,6 +26,7 @@ TOOL, MAP = sys.argv[1:3]
 WIDTH, HEIGHT, COUNT = 64, 48, 12
 FOCAL = room.FOCAL * WIDTH
 NAN = float("nan")
+REASON_OLD_STAMP = 18  # of LocalizationStatus, which this test does without
 
 
 def base_pose(n):
@@ -181,17 +183,17 @@ class OddBags(unittest.TestCase):
                 bag.write(topic, message, written)
             other(bag)
 
-    def run_tool(self):
+    def run_tool(self, *arguments):
         for name in ("poses.tum", "statuses.csv"):
             if os.path.exists(self.path(name)):
                 os.remove(self.path(name))
         done = subprocess.run([TOOL, self.path("run.bag"), "--map", MAP, "--trajectory", self.path("poses.tum"), "--statuses",
-                               self.path("statuses.csv")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=120)
+                               self.path("statuses.csv"), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=120)
         return done.returncode, done.stderr.decode(errors="replace")
 
-    def expect_right(self, name, least=8, words=(), **changes):
+    def expect_right(self, name, least=8, words=(), arguments=(), **changes):
         self.write(**changes)
-        code, said = self.run_tool()
+        code, said = self.run_tool(*arguments)
         self.assertEqual(code, 0, name + ": " + said)
         for word in words:
             self.assertIn(word, said, name)
@@ -253,11 +255,42 @@ class OddBags(unittest.TestCase):
         self.expect_named("control characters", ["'x?[31m'"], edit=lambda m: setattr(m.header, "frame_id", "x\x1b[31m"))
         self.expect_named("stamps of 0", ["stamp 0"], stamp_of=lambda n: rospy.Time(0))
         self.expect_named("one stamp", ["not newer"], stamp_of=lambda n: rospy.Time(1000))
-        self.expect_named("end of time", ["stamp 4294967296", "the bag's time"],
+        with open(self.path("statuses.csv"), newline="") as lines:
+            reasons = [int(row["reason"]) for row in csv.DictReader(lines)]
+        self.assertEqual(reasons[1:], [REASON_OLD_STAMP] * (COUNT - 1))
+        self.expect_named("end of time", ["stamp 4294967295.999999999", "the bag's time"],
                           stamp_of=lambda n: rospy.Time(4294967295, 999999999))
         self.expect_named("long ago", ["older than the transforms"], stamp_of=lambda n: rospy.Time(5))
         self.expect_named("reversed", ["not newer"], recorded=list(range(COUNT))[::-1])
         self.expect_right("out of order", least=3, recorded=[0, 5, 1, 3, 2, 4, 11, 7, 9, 8, 6, 10])
+
+    def test_stamps_at_the_end_of_time(self):
+        end = rospy.Time(4294967295)
+
+        def one_transform(of, tf):
+            if of == "odom" and tf.transforms[0].header.stamp == rospy.Time.from_sec(1000.3):
+                far = transform(np.eye(4), "odom", "base_link", end)
+                tf.transforms.insert(0, far)
+        self.expect_right("a transform", edit_tf=one_transform, words=[
+            "left out: 1 transforms of tf", "'odom' -> 'base_link'", "stamp 4294967295", "the bag's time"])
+
+        def all_of_a_frame(of, tf):
+            if of == "odom":
+                tf.transforms.append(transform(np.eye(4), "odom", "other", end))
+        self.expect_right("a frame", edit_tf=all_of_a_frame, words=["left out: 12 transforms", "'odom' -> 'other'"])
+
+        def imu(bag):
+            for n in range(3):
+                message = Imu()
+                message.header.frame_id, message.linear_acceleration.z = "camera", 9.81
+                message.header.stamp = end if n == 1 else rospy.Time(1000 + n)
+                bag.write("/imu", message, rospy.Time.from_sec(1000.5 + 0.1 * n))
+        self.expect_right("an IMU", other=imu, arguments=["--imu", "imu", "--set", "gravity_source=imu"],
+                          words=["left out: 1 messages of the IMU", "stamp 4294967295"])
+
+        def late_pose(pose):
+            pose.header.stamp = end
+        self.expect_right("a start pose", edit_pose=late_pose, words=["taken for now"])
 
     def test_bags_without_scans(self):
         self.expect_named("transforms only", ["wanted one topic of clouds", "tf (tf2_msgs/TFMessage)"], code=1, scans=False)

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "ros/messages/conversions.h"
+#include "ros/scans/transform_buffer.h"
 
 namespace ttsdf {
 
@@ -24,12 +25,15 @@ PosedCloudSource::PosedCloudSource(ros::NodeHandle nh, const std::string& global
       callback_(std::move(callback)),
       queue_(queueOptions(global_frame_id_, queue_size), buffer_),
       selector_(selection) {
-  transforms_ = std::make_unique<TransformInput>(
-      nh, [this](const tf2_msgs::TFMessage& message, const std::string& authority, bool is_static) {
-        for (const auto& transform : message.transforms)
-          buffer_.setTransform(transform, authority, is_static);
-        if (!queue_.empty()) workOnQueue();
-      });
+  transforms_ = std::make_unique<TransformInput>(nh, [this](const tf2_msgs::TFMessage& message,
+                                                            const std::string& authority, bool is_static) {
+    for (const auto& transform : message.transforms) {
+      const AddedTransform added = addTransform(buffer_, transform, authority, is_static, ros::Time::now());
+      if (!added.left_out.empty())
+        ROS_WARN_STREAM_THROTTLE(5.0, "left out: " << added.left_out << " (from " << authority << ")");
+    }
+    if (!queue_.empty()) workOnQueue();
+  });
   subscriber_ =
       nh.subscribe("cloud", static_cast<std::uint32_t>(queue_size), &PosedCloudSource::onCloud, this);
   timer_ =
@@ -52,13 +56,13 @@ void PosedCloudSource::onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
   // tf2 takes stamp 0 for "the newest transform", which is the pose of another moment.
   if (cloud->header.stamp.isZero()) return refuse(cloud->header.frame_id, "the cloud has stamp 0");
   if (cloud->header.frame_id.empty()) return refuse("", "the cloud has an empty frame_id");
-  bool jumped = false;
+  bool jumped_back = false;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    jumped = stamps_.stampsJumped(cloud->header.stamp);
-    if (jumped) selector_.reset();
+    jumped_back = stamps_.stampsJumpedBack(cloud->header.stamp);
+    if (jumped_back) selector_.reset();
   }
-  if (jumped) {
+  if (jumped_back) {
     // Transforms and waiting clouds of the time that was undone would be mixed up with those that come now.
     ROS_WARN_STREAM("Stamps went back to " << cloud->header.stamp
                                            << ": transforms and waiting clouds are forgotten, "

@@ -7,6 +7,7 @@
 
 #include "ros/demo/depth_messages.h"
 #include "ros/messages/conversions.h"
+#include "ros/messages/stamps.h"
 
 namespace ttsdf {
 
@@ -45,7 +46,7 @@ void SimulatedCameraRos::step() {
     if (stamp < *last_stamp_) last_stamp_.reset();  // the clock was set back: go on from here
     return;
   }
-  const double passed = last_stamp_ ? (stamp - *last_stamp_).toSec() : 0.0;
+  const double passed = last_stamp_ ? secondsBetween(*last_stamp_, stamp) : 0.0;
   last_stamp_ = stamp;
   seconds_ += passed;
   if (!standing_) moved_ += passed;

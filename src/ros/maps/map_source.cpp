@@ -90,60 +90,64 @@ void MapSource::onMap(const ttsdf_localization::TtSdfMapConstPtr& message) {
   });
 }
 
-bool MapSource::callOnce(const std::string& service, ttsdf_localization::GetMap& call) {
+ttsdf_localization::GetMap::Response MapSource::callOnce(const std::string& service) {
   // Not ros::service::call: nothing could end that while the other side hangs, and a nodelet must unload.
+  ttsdf_localization::GetMap call;
   ros::ServiceServerLinkPtr link = ros::ServiceManager::instance()->createServiceServerLink(
       service, true, ros::service_traits::md5sum(call), ros::service_traits::md5sum(call), {});
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!link || stop_) return false;
+    if (!link || stop_) throw std::runtime_error("could not be called");
     link_ = link;
   }
   ros::SerializedMessage reply;
   const bool answered = link->call(ros::serialization::serializeMessage(call.request), reply);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  link_.reset();
-  link->getConnection()->drop(ros::Connection::Destructing);
-  if (answered) ros::serialization::deserializeMessage(reply, call.response);
-  return answered;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    link_.reset();
+    link->getConnection()->drop(ros::Connection::Destructing);
+  }
+  if (!answered) throw std::runtime_error("did not answer");
+  try {
+    ros::serialization::deserializeMessage(reply, call.response);
+  } catch (const std::exception& error) {
+    throw std::runtime_error(std::string("sent a damaged answer: ") + error.what());
+  }
+  return call.response;
+}
+
+LoadedMap MapSource::mapOfService(const std::string& service) {
+  const ttsdf_localization::GetMap::Response response = callOnce(service);
+  if (!response.success) throw std::runtime_error(response.message);
+  try {
+    return prepare(response.map.data);
+  } catch (const std::exception& error) {
+    throw std::runtime_error(std::string("sent a map that cannot be used: ") + error.what());
+  }
 }
 
 void MapSource::callService() {
-  // The service may come up much later, and the node may be asked to stop meanwhile.
+  // The service may come up much later, and the node may be asked to stop meanwhile. Whatever goes wrong is
+  // said, and the service is called again: whoever answers may mend it.
   const std::string service = node_.resolveName("get_map");
   while (!stop_ && ros::ok()) {
     if (!ros::service::exists(service, false)) {
       ros::WallDuration(0.1).sleep();  // not waitForService: it counts in a clock that may stand still
       continue;
     }
-    ttsdf_localization::GetMap call;
-    bool answered = false;
     try {
-      answered = callOnce(service, call);
-    } catch (const ros::serialization::StreamOverrunException& error) {
-      failed_("service '" + service + "' sent a damaged answer: " + error.what());
-    }
-    if (stop_) return;
-    if (!answered) {
-      failed_("service '" + service + "' could not be called");
-    } else if (!call.response.success) {
-      failed_("service '" + service + "': " + call.response.message);
-    } else {
-      loaded_(prepare(call.response.map.data));
+      loaded_(mapOfService(service));
       return;
+    } catch (const std::exception& error) {
+      if (stop_) return;
+      failed_("service '" + service + "': " + error.what() + "; it is called again");
     }
     for (int n = 0; n < 10 && !stop_; ++n) ros::WallDuration(0.1).sleep();
   }
 }
 
 void MapSource::run() {
-  if (options_.map_source == "service") {
-    try {
-      callService();
-    } catch (const std::exception& error) {
-      failed_(error.what());
-    }
-  }
+  if (options_.map_source == "service") callService();
   while (const auto job = jobs_.take()) {
     try {
       loaded_((*job)());

@@ -62,7 +62,9 @@ class MapSource {
   void run();
   void onMap(const ttsdf_localization::TtSdfMapConstPtr& message);
   void callService();
-  bool callOnce(const std::string& service, ttsdf_localization::GetMap& call);
+  /// Throw std::runtime_error with the reason.
+  ttsdf_localization::GetMap::Response callOnce(const std::string& service);
+  LoadedMap mapOfService(const std::string& service);
   void put(Job job);
 
   const MapSourceOptions options_;

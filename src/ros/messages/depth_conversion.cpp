@@ -26,20 +26,25 @@ struct Camera {
   double fx, fy;
 };
 
-/// Wide limits: of no camera, but of another one's numbers, or of none.
-void checkPrincipalPoint(const sensor_msgs::CameraInfo& info, double fx, double fy, double cx, double cy) {
-  constexpr double kOutside = 2.0, kShortest = 0.05, kLongest = 50.0;  // in widths and heights of the sensor
+/// Refuses intrinsics that no depth camera has: numbers of another camera, or memory that was never written.
+/// The limits are wide. The principal point may lie far outside an image that is a part of a larger one, so
+/// it is limited by the angle to the image, not by the image's size.
+void checkIntrinsics(const sensor_msgs::CameraInfo& info, double fx, double fy, double cx, double cy) {
+  constexpr double kShortest = 0.05, kLongest = 50.0;  // focal lengths in widths or heights of the sensor
+  constexpr double kFarthest =
+      10.0;  // focal lengths from the image's centre to the principal point: 84 degrees
   const double width = info.width, height = info.height;
-  if (std::abs(cx - 0.5 * width) > (kOutside + 0.5) * width ||
-      std::abs(cy - 0.5 * height) > (kOutside + 0.5) * height) {
-    unusable("camera_info: got the principal point " + toString(cx) + ", " + toString(cy) + " of " +
-             sizeText(info.width, info.height) + " pixels, wanted it within or near the image");
-  }
   const double longer = std::max(width, height);
   if (std::min(fx, fy) < kShortest * longer || std::max(fx, fy) > kLongest * longer) {
     unusable("camera_info: got the focal lengths " + toString(fx) + " and " + toString(fy) + " for " +
              sizeText(info.width, info.height) + " pixels, wanted from " + toString(kShortest * longer) +
              " to " + toString(kLongest * longer) + " pixels");
+  }
+  if (std::abs(cx - 0.5 * width) > kFarthest * fx || std::abs(cy - 0.5 * height) > kFarthest * fy) {
+    unusable("camera_info: got the principal point " + toString(cx) + ", " + toString(cy) + " of " +
+             sizeText(info.width, info.height) + " pixels, wanted it at most " + toString(kFarthest) +
+             " focal lengths (" + toString(kFarthest * fx) + " and " + toString(kFarthest * fy) +
+             " pixels) from the image's centre");
   }
 }
 
@@ -63,7 +68,7 @@ Camera cameraOf(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& 
     unusable("camera_info: got the focal lengths " + std::to_string(fx) + " and " + std::to_string(fy) +
              ", wanted them above 0");
   }
-  checkPrincipalPoint(info, fx, fy, cx, cy);
+  checkIntrinsics(info, fx, fy, cx, cy);
   if (part) {
     cx -= roi.x_offset;
     cy -= roi.y_offset;

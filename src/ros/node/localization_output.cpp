@@ -89,7 +89,7 @@ std::uint8_t statusReason(RefusalReason reason) {
     case RefusalReason::kNoMap:
       return Status::REASON_NO_MAP;
     case RefusalReason::kOldStamp:
-      return Status::REASON_TIME_JUMP;
+      return Status::REASON_OLD_STAMP;
     case RefusalReason::kNoPrior:
       return Status::REASON_NO_TRANSFORM;
     case RefusalReason::kNoScan:

@@ -1,11 +1,14 @@
+// The way of a scan: from the queue into the localizer, and what came of it out as topics and TF. Events and
+// services are in localization_pipeline_events.cpp, global localization in localization_pipeline_global.cpp.
+
 #include "ros/node/localization_pipeline.h"
 
 #include <algorithm>
 #include <exception>
-#include <stdexcept>
 #include <utility>
 
 #include "ros/messages/conversions.h"
+#include "ros/messages/stamps.h"
 
 namespace ttsdf {
 
@@ -13,6 +16,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kLook{50};  // between two looks at the queue without news
 constexpr std::chrono::microseconds kTurn{200};
+constexpr double kLeftOutPeriod = 1.0;                  // [s] between two statuses of transforms left out
 constexpr double kFastestClock = 20.0;                  // times real time
 constexpr std::chrono::milliseconds kMostBacklog{150};  // busy for longer: only the newest scan counts
 
@@ -72,16 +76,27 @@ void LocalizationPipeline::stop() {
 
 void LocalizationPipeline::addTransforms(const tf2_msgs::TFMessage& message, const std::string& authority,
                                          bool is_static) {
-  if (localizer_.addTransforms(message, authority, is_static)) {
-    restart("the transforms' stamps went back");
-    localizer_.addTransforms(message, authority, is_static);
+  const TransformsOutcome outcome = localizer_.addTransforms(message, authority, is_static, ros::Time::now());
+  if (outcome.jumped_back) {
+    timeJumpedBack("the transforms' stamps went back");
+    localizer_.addTransforms(message, authority, is_static, ros::Time::now());
   }
+  if (outcome.left_out > 0) sayLeftOut(outcome.why + " (from " + authority + ")");
   if (localizer_.queue().empty()) return;
   {
     const std::lock_guard<std::mutex> lock(work_mutex_);
     work_waits_ = true;
   }
   work_.notify_one();
+}
+
+void LocalizationPipeline::sayLeftOut(const std::string& transform) {
+  const ros::WallTime now = ros::WallTime::now();
+  if ((now - last_left_out_).toSec() < kLeftOutPeriod) return;
+  last_left_out_ = now;
+  const std::string message = "left out: " + transform;
+  ROS_WARN_STREAM_NAMED(name_, name_ << ": " << message);
+  publishEvent(Status::REASON_NO_TRANSFORM, message);
 }
 
 void LocalizationPipeline::noteArrival() {
@@ -147,8 +162,8 @@ bool LocalizationPipeline::workOnNext() {
 
 void LocalizationPipeline::handle(ScanOutcome outcome) {
   using Kind = ScanOutcome::Kind;
-  const bool no_pose =
-      outcome.kind == Kind::kRefused || (outcome.kind == Kind::kLocalized && !outcome.update.pose_valid);
+  const bool refused = outcome.kind == Kind::kRefused || outcome.kind == Kind::kOld;
+  const bool no_pose = refused || (outcome.kind == Kind::kLocalized && !outcome.update.pose_valid);
   {
     const std::lock_guard<std::mutex> lock(counts_mutex_);
     if (outcome.kind == Kind::kOvertaken) ++counts_.dropped;
@@ -157,11 +172,12 @@ void LocalizationPipeline::handle(ScanOutcome outcome) {
     if (no_pose) ++counts_.refused;
     if (outcome.kind != Kind::kRefused) counts_.last_taken = ros::WallTime::now();
   }
-  if (outcome.kind == Kind::kRefused) {
-    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, name_, name_ << ": " << outcome.message);
+  if (refused) {
+    const bool old = outcome.kind == Kind::kOld;
     Status status = currentStatus();
-    status.reason = Status::REASON_NO_TRANSFORM;
-    status.message = outcome.message;
+    status.reason = old ? statusReason(outcome.update.reason) : std::uint8_t{Status::REASON_NO_TRANSFORM};
+    status.message = old ? outcome.update.message : outcome.message;
+    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, name_, name_ << ": " << status.message);
     publishStatus(std::move(status), outcome.header.stamp, true);
   }
   if (outcome.kind != Kind::kLocalized) return;
@@ -199,7 +215,7 @@ void LocalizationPipeline::publishStatus(Status status, const ros::Time& stamp, 
   status.header.stamp = stamp;
   status.header.frame_id = frames_.global_frame_id;
   status.map_id = map_id_;
-  if (of_a_scan && !stamp.isZero()) status.latency = (ros::Time::now() - stamp).toSec();
+  if (of_a_scan && !stamp.isZero()) status.latency = secondsBetween(stamp, ros::Time::now());
   status.progress = global_worker_ && global_worker_->running() ? global_worker_->progress() : 0.0;
   {
     const std::lock_guard<std::mutex> lock(counts_mutex_);
@@ -223,240 +239,16 @@ void LocalizationPipeline::publishStatus(Status status, const ros::Time& stamp, 
   status_changed_.notify_all();
 }
 
-// ---- events
-// -------------------------------------------------------------------------------------------------------
-
-void LocalizationPipeline::useMap(LoadedMap map, std::optional<PoseRequest> pose) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (map.frame_id != frames_.global_frame_id) {
-      ROS_INFO_STREAM_NAMED(name_, name_ << ": the map calls its frame '" << map.frame_id
-                                         << "', it is used as '" << frames_.global_frame_id << "'");
-    }
-    ROS_INFO_STREAM_NAMED(name_, name_ << ": " << map.summary);
-    if (map.of_atlas) {
-      localizer_.localizer().exchangeMap(std::move(map.map));
-    } else {
-      localizer_.localizer().setMap(std::move(map.map));
-      ++orders_;
-    }
-    map_id_ = map.map_id;
-    map_summary_ = map.summary;
-    map_message_.reset();
-    if (!map.of_atlas) map_message_ = std::move(map.message);
-    Status status = currentStatus();
-    const auto state = localizer_.localizer().state();
-    if (state != LocalizerState::kTracking && state != LocalizerState::kDegraded) tf_output_.stop();
-    status.message = "map " + map_id_ + " is in use" + awaitedInputs();
-    publishStatus(std::move(status), ros::Time::now(), false);
-  }
-  if (pose) usePose(std::move(*pose));
-}
-
-std::string LocalizationPipeline::awaitedInputs() const {
-  const Localizer& localizer = localizer_.localizer();
-  const bool waiting = localizer.state() == LocalizerState::kWaitingForPose;
-  if (!waiting && localizer.state() != LocalizerState::kRelocalizing) return {};
-  std::string text;
-  if (waiting) {
-    text = localizer.options().recovery.start_globally
-               ? "; a global localization starts with the first scan"
-               : "; waiting for a pose: initialpose, ~relocalize or ~global_localization";
-  }
-  if (!newest_scan_)
-    text += "; waiting for scans on '" + scan_topics_ + "' and their transforms" + whyWaiting();
-  return text;
-}
-
-void LocalizationPipeline::usePose(PoseRequest request) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  global_worker_->cancel();
-  ++orders_;
-  tf_output_.stop();
-  const std::string message =
-      request.guess.source + " taken" + (request.warning.empty() ? "" : "; " + request.warning);
-  place_ = request.guess.T_map_base.translation();
-  localizer_.usePose(std::move(request));
-  Status status = currentStatus();
-  status.message = message;
-  publishStatus(std::move(status), ros::Time::now(), false);
-}
-
-void LocalizationPipeline::setPaused(bool paused) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  paused_ = paused;
-  localizer_.queue().clear();
-  Status status = currentStatus();
-  status.message = paused ? "paused" : "running";
-  publishStatus(std::move(status), ros::Time::now(), false);
-}
-
-void LocalizationPipeline::reset(std::optional<PoseRequest> start) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    global_worker_->cancel();
-    ++orders_;
-    tf_output_.stop();
-    newest_scan_.reset();
-    localizer_.reset();
-    output_.clearPath();
-    Status status = currentStatus();
-    status.message = "reset";
-    publishStatus(std::move(status), ros::Time::now(), false);
-  }
-  if (start) usePose(std::move(*start));
-}
-
-void LocalizationPipeline::restart(const std::string& why) {
-  ROS_WARN_STREAM_NAMED(name_, name_ << ": " << why << ", starting again with the same map");
-  const std::lock_guard<std::mutex> lock(mutex_);
-  global_worker_->cancel();
-  ++orders_;
-  tf_output_.timeJumped();
-  newest_scan_.reset();
-  localizer_.restart();
-  output_.clearPath();
-  last_look_ = ros::Time::now();
-  Status status = currentStatus();
-  status.reason = Status::REASON_TIME_JUMP;
-  status.message = why;
-  publishStatus(std::move(status), ros::Time::now(), false);
-}
-
-void LocalizationPipeline::requestUpdate() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  localizer_.requestUpdate();
-}
-
-void LocalizationPipeline::setOptions(const LocalizationRosOptions& options) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  localizer_.setOptions(options);
-  tf_output_.setTiming(options.frames.transform_tolerance, options.frames.tf_rate,
-                       options.localizer.motion.max_extrapolation);
-}
-
-void LocalizationPipeline::setWiderSearch(WiderSearch search) {
-  global_worker_->cancel();
-  global_worker_->wait();
-  const std::lock_guard<std::mutex> lock(mutex_);
-  wider_search_ = std::move(search);
-}
-
-void LocalizationPipeline::publishEvent(std::uint8_t reason, const std::string& message) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  Status status = currentStatus();
-  status.reason = reason;
-  status.message = message;
-  publishStatus(std::move(status), ros::Time::now(), false);
-}
-
-void LocalizationPipeline::tick(const std::string& scans_waiting) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const double seconds = secondsSinceLastLook();
-  if (paused_) return;
-  localizer_.passTime(seconds);
-  if (const std::optional<LocalizationUpdate> update = localizer_.checkSilence()) {
-    if (update->state == LocalizerState::kLost) tf_output_.stop();
-    Status status = toStatus(*update);
-    if (!scans_waiting.empty()) {
-      status.reason = Status::REASON_NO_TRANSFORM;
-      status.message += "; " + scans_waiting;
-    }
-    publishStatus(std::move(status), ros::Time::now(), false);
-  } else if (!scans_waiting.empty() && (ros::WallTime::now() - last_waiting_status_).toSec() >= 1.0) {
-    last_waiting_status_ = ros::WallTime::now();
-    Status status = currentStatus();
-    status.reason = Status::REASON_NO_TRANSFORM;
-    status.message = scans_waiting;
-    publishStatus(std::move(status), ros::Time::now(), false);
-  }
-}
-
 /// A clock that steps forward is no silent camera, and a simulated one may run many times as fast as time
 /// does.
 double LocalizationPipeline::secondsSinceLastLook() {
   const ros::Time now = ros::Time::now();
   const Clock::time_point steady = Clock::now();
   double seconds = std::chrono::duration<double>(steady - last_steady_look_).count();
-  if (ros::Time::isSimTime()) seconds = std::min((now - last_look_).toSec(), kFastestClock * seconds);
+  if (ros::Time::isSimTime()) seconds = std::min(secondsBetween(last_look_, now), kFastestClock * seconds);
   last_look_ = now;
   last_steady_look_ = steady;
   return seconds;
-}
-
-// ---- services
-// -----------------------------------------------------------------------------------------------------
-
-ttsdf_localization::TtSdfMap LocalizationPipeline::map() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (!map_message_) throw std::runtime_error("no map");
-  ttsdf_localization::TtSdfMap map = *map_message_;
-  map.header.frame_id = frames_.global_frame_id;
-  map.header.stamp = ros::Time::now();
-  return map;
-}
-
-void LocalizationPipeline::relocalize(const std::optional<PoseRequest>& around,
-                                      ttsdf_localization::Relocalize::Response& response) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  Localizer& localizer = localizer_.localizer();
-  if (!localizer.hasMap()) throw std::runtime_error("no map");
-  const std::string stuck = whyNoScan();
-  if (!stuck.empty()) throw std::runtime_error("no scan to relocalize with: " + stuck);
-  const std::optional<PoseGuess> last = localizer.lastPose();
-  if (!around && !last) throw std::runtime_error("there is no last pose");
-  global_worker_->cancel();
-  ++orders_;
-  tf_output_.stop();
-  const PoseGuess guess = around ? withOdometry(*around, buffer(), frames_) : *last;
-  localizer_.dropPoseRequest();
-  const LocalizationUpdate update = localizer.relocalize(newest_scan_->scan, guess);
-  publishUpdate(update, *newest_scan_);
-  response.success = update.relocalized;
-  response.message = update.message;
-  response.score = update.registration.score;
-  if (update.relocalized) response.pose = output_.poseMessage(update, newest_scan_->header.stamp);
-}
-
-// ---- what is known
-// ------------------------------------------------------------------------------------------------
-
-LocalizationPipeline::View LocalizationPipeline::view() const {
-  View view;
-  const std::lock_guard<std::mutex> lock(mutex_);
-  view.status = status_;
-  view.status.state = paused_ ? std::uint8_t{Status::PAUSED} : statusState(localizer_.localizer().state());
-  view.status.state_name = statusStateName(view.status.state);
-  view.map_summary = map_summary_;
-  view.paused = paused_;
-  view.tf_wanted = frames_.tf_broadcast;
-  const ros::Time now = ros::Time::now();
-  view.tf_sent = tf_output_.isSending(now);
-  view.tf_age = (now - tf_output_.lastStamp()).toSec();
-  view.tf_frames = frames_.global_frame_id + " -> " +
-                   (frames_.odom_frame_id.empty() ? frames_.base_frame_id : frames_.odom_frame_id);
-  const std::lock_guard<std::mutex> counts_lock(counts_mutex_);
-  view.scans = counts_;
-  view.status.scans = counts_.received;
-  view.status.refused = counts_.refused;
-  view.status.dropped = counts_.dropped;
-  return view;
-}
-
-std::optional<Eigen::Vector3d> LocalizationPipeline::place() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const LocalizerState state = localizer_.localizer().state();
-  if (state == LocalizerState::kTracking || state == LocalizerState::kDegraded) {
-    const auto pose = localizer_.localizer().lastPose();
-    if (pose) place_ = pose->T_map_base.translation();
-  }
-  return place_;
-}
-
-std::optional<PoseGuess> LocalizationPipeline::trackedPose() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (localizer_.localizer().state() != LocalizerState::kTracking) return std::nullopt;
-  return localizer_.localizer().lastPose();
 }
 
 }  // namespace ttsdf

@@ -72,12 +72,12 @@ class LocalizationPipeline {
   /// A scan that could not be read.
   void refuseScan(const std_msgs::Header& header, const std::string& message);
 
-  // Events.
+  // Events: localization_pipeline_events.cpp.
   void useMap(LoadedMap map, std::optional<PoseRequest> pose = {});
   void usePose(PoseRequest request);
   void setPaused(bool paused);
   void reset(std::optional<PoseRequest> start);
-  void restart(const std::string& why);  ///< the time went back
+  void timeJumpedBack(const std::string& why);
   void requestUpdate();
   void setOptions(const LocalizationRosOptions& options);
   /// Replaces the search in the map in use (an empty one: back to that). A search that runs is cancelled and
@@ -120,13 +120,17 @@ class LocalizationPipeline {
     ros::WallTime taken;
   };
 
+  // localization_pipeline.cpp: the way of a scan.
   void run();
   bool workOnNext();
   void handle(ScanOutcome outcome);
   void publishUpdate(const LocalizationUpdate& update, const SeenScan& seen);
+  void sayLeftOut(const std::string& transform);
   void publishStatus(Status status, const ros::Time& stamp, bool of_a_scan);
   Status currentStatus() const;
   double secondsSinceLastLook();
+
+  // localization_pipeline_events.cpp
   std::string awaitedInputs() const;
 
   // localization_pipeline_global.cpp
@@ -162,6 +166,8 @@ class LocalizationPipeline {
   ros::WallTime last_progress_, last_waiting_status_;
   ros::Time last_look_;
   std::chrono::steady_clock::time_point last_steady_look_ = std::chrono::steady_clock::now();
+
+  ros::WallTime last_left_out_;  ///< of the thread that adds transforms
 
   mutable std::mutex counts_mutex_;  ///< never held while another one is taken
   ScanCounts counts_;

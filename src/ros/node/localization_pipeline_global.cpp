@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "ros/messages/stamps.h"
 #include "ros/node/localization_pipeline.h"
 
 namespace ttsdf {
@@ -70,9 +71,7 @@ void LocalizationPipeline::onGlobalDone(const GlobalJob& job) {
   global_outcome_ = localizer_.localizer().applyGlobal(job);
   const std::string remark = wider_search_.remark ? wider_search_.remark() : std::string();
   if (!remark.empty()) global_outcome_->message += "; " + remark;
-  ros::Time stamp;
-  stamp.fromSec(job.scan().stamp);
-  publishStatus(toStatus(*global_outcome_), stamp, false);
+  publishStatus(toStatus(*global_outcome_), toTime(job.scan().stamp), false);
 }
 
 void LocalizationPipeline::globalLocalization(const ttsdf_localization::GlobalLocalization::Request& request,

@@ -79,16 +79,16 @@ void LocalizationRos::subscribe() {
   transforms_ = std::make_unique<TransformInput>(
       transform_node_,
       [this](const tf2_msgs::TFMessage& message, const std::string& authority, bool is_static) {
-        noticeClock();
+        checkClock();
         pipeline_.addTransforms(message, authority, is_static);
       });
   ScanInput::Callbacks callbacks;
   callbacks.arrived = [this] {
-    noticeClock();
+    checkClock();
     pipeline_.noteArrival();
     return !paused_;
   };
-  callbacks.jumped = [this](const std::string& why) { pipeline_.restart(why); };
+  callbacks.time_jumped_back = [this](const std::string& why) { pipeline_.timeJumpedBack(why); };
   callbacks.ready = [this](QueuedScan scan) { pipeline_.addScan(std::move(scan)); };
   callbacks.refused = [this](const std_msgs::Header& header, const std::string& message) {
     pipeline_.refuseScan(header, message);
@@ -119,8 +119,14 @@ void LocalizationRos::subscribe() {
     }
   }
   if (pipeline_.gravity().wantsImu()) {
-    imu_subscriber_ = scan_node_.subscribe<sensor_msgs::Imu>(
-        "imu", 50, [this](const sensor_msgs::ImuConstPtr& imu) { pipeline_.gravity().add(*imu); });
+    imu_subscriber_ =
+        scan_node_.subscribe<sensor_msgs::Imu>("imu", 50, [this](const sensor_msgs::ImuConstPtr& imu) {
+          const std::string left_out = pipeline_.gravity().add(*imu, ros::Time::now());
+          if (!left_out.empty()) {
+            ROS_WARN_STREAM_THROTTLE_NAMED(5.0, name_,
+                                           name_ << ": a message of the IMU was left out: " << left_out);
+          }
+        });
   }
   initial_pose_subscriber_ = scan_node_.subscribe("initialpose", 2, &LocalizationRos::onInitialPose, this);
 }
@@ -160,7 +166,8 @@ std::optional<PoseRequest> LocalizationRos::poseAtStart() {
 
 void LocalizationRos::onInitialPose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& message) {
   try {
-    PoseRequest request = readPose(*message, pipeline_.buffer(), options_.frames, "initialpose");
+    PoseRequest request =
+        readPose(*message, pipeline_.buffer(), options_.frames, "initialpose", ros::Time::now());
     if (!request.warning.empty()) ROS_WARN_STREAM_NAMED(name_, name_ << ": " << request.warning);
     pipeline_.usePose(std::move(request));
   } catch (const std::exception& error) {
@@ -170,14 +177,14 @@ void LocalizationRos::onInitialPose(const geometry_msgs::PoseWithCovarianceStamp
   }
 }
 
-void LocalizationRos::noticeClock() {
+void LocalizationRos::checkClock() {
   const std::lock_guard<std::mutex> lock(clock_mutex_);
-  if (clock_.clockJumped(ros::Time::now())) pipeline_.restart("the clock went back");
+  if (clock_.clockJumpedBack(ros::Time::now())) pipeline_.timeJumpedBack("the clock went back");
 }
 
 void LocalizationRos::watch() {
   try {
-    noticeClock();
+    checkClock();
     const std::string waiting = paused_ ? std::string() : warnWhenQuiet(pipeline_.view().scans);
     pipeline_.tick(waiting);
     if (atlas_source_) {

@@ -53,7 +53,7 @@ class LocalizationRos {
   void applyLive(const LocalizationRosOptions& options);
   std::optional<PoseRequest> poseAtStart();
   void onInitialPose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& message);
-  void noticeClock();
+  void checkClock();
   void watch();
   /// Why scans do not get on; warns when it is time.
   std::string warnWhenQuiet(const ScanCounts& scans);

@@ -49,7 +49,7 @@ bool LocalizationRos::setMap(ttsdf_localization::SetMap::Request& request,
   return answer(response, [&] {
     std::optional<PoseRequest> pose;
     if (request.use_initial_pose)
-      pose = readPose(request.initial_pose, pipeline_.buffer(), options_.frames, "set_map");
+      pose = readPose(request.initial_pose, pipeline_.buffer(), options_.frames, "set_map", ros::Time::now());
     const std::lock_guard<std::mutex> lock(load_mutex_);
     LoadedMap map = map_source_->prepare(request.map.data);
     response.map_id = map.map_id;
@@ -64,7 +64,7 @@ bool LocalizationRos::relocalize(ttsdf_localization::Relocalize::Request& reques
   return answer(response, [&] {
     std::optional<PoseRequest> around;
     if (!request.use_last_pose)
-      around = readPose(request.pose, pipeline_.buffer(), options_.frames, "relocalize");
+      around = readPose(request.pose, pipeline_.buffer(), options_.frames, "relocalize", ros::Time::now());
     pipeline_.relocalize(around, response);
   });
 }

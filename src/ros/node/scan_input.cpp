@@ -4,11 +4,13 @@
 
 #include <boost/make_shared.hpp>
 #include <exception>
+#include <iomanip>
 #include <sstream>
 #include <utility>
 
 #include "ros/messages/conversions.h"
 #include "ros/messages/depth_conversion.h"
+#include "ros/messages/stamps.h"
 
 namespace ttsdf {
 
@@ -47,10 +49,11 @@ std::string headerProblem(const std_msgs::Header& header) {
     return "the clock stands at 0: /use_sim_time is true and nobody publishes /clock (rosparam delete "
            "/use_sim_time, if it is left from a replay)";
   }
-  const double ahead = (header.stamp - now).toSec();
+  const double ahead = secondsBetween(now, header.stamp);
   if (ahead <= kMaxFuture) return {};
   std::ostringstream text;
-  text << "the scan's stamp lies " << ahead << " s in the future, at most " << kMaxFuture << " s allowed";
+  text << "the scan's stamp lies " << std::fixed << std::setprecision(1) << ahead << " s in the future ("
+       << header.stamp << "), at most " << kMaxFuture << " s allowed";
   return text.str();
 }
 
@@ -138,9 +141,9 @@ void ScanInput::take(Topic& topic, const std_msgs::Header& header,
   // Without simulated time a looping bag shows in the stamps only; a stamp ahead of the clock is refused
   // below. A jump of the clock is noticed elsewhere, and must not be noticed again here.
   const ros::Time now = ros::Time::now();
-  topic.stamps.clockJumped(now);
-  if (header.stamp <= now && topic.stamps.stampsJumped(header.stamp))
-    callbacks_.jumped("the stamps of '" + topic.scans.getTopic() + "' went back");
+  topic.stamps.clockJumpedBack(now);
+  if (header.stamp <= now && topic.stamps.stampsJumpedBack(header.stamp))
+    callbacks_.time_jumped_back("the stamps of '" + topic.scans.getTopic() + "' went back");
   if (!callbacks_.arrived()) return;
   CloudOptions options;
   {
@@ -150,8 +153,9 @@ void ScanInput::take(Topic& topic, const std_msgs::Header& header,
   QueuedScan scan;
   scan.header = header;
   scan.header.frame_id = withoutLeadingSlash(header.frame_id);
-  std::string problem = headerProblem(scan.header);
+  std::string problem;
   try {
+    problem = headerProblem(scan.header);
     if (problem.empty()) {
       ConvertedCloud converted = convert(options);
       scan.points = std::move(converted.points);

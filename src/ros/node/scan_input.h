@@ -26,7 +26,7 @@ class ScanInput {
     /// A message is there; false: it is not wanted now.
     std::function<bool()> arrived;
     /// The stamps of a topic went back.
-    std::function<void(const std::string& why)> jumped;
+    std::function<void(const std::string& why)> time_jumped_back;
     std::function<void(QueuedScan scan)> ready;
     std::function<void(const std_msgs::Header& header, const std::string& message)> refused;
   };

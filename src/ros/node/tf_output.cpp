@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "ros/messages/conversions.h"
+#include "ros/messages/stamps.h"
 
 namespace ttsdf {
 
@@ -20,7 +21,7 @@ void TfOutput::update(const Eigen::Isometry3d& T_parent_child, const Vector6d& t
   twist_ = twist;
   scan_stamp_ = scan_stamp;
   updated_ = now;
-  const ros::Time stamp = scan_stamp + ros::Duration(options_.tolerance);
+  const ros::Time stamp = addSeconds(scan_stamp, options_.tolerance);
   // Where a repetition has gone further already, the next one carries the new transform.
   if (stamp > last_stamp_) {
     last_sent_ = now;
@@ -30,14 +31,14 @@ void TfOutput::update(const Eigen::Isometry3d& T_parent_child, const Vector6d& t
 
 void TfOutput::tick(const ros::Time& now) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!T_parent_child_ || now <= updated_ || (now - last_sent_).toSec() < 0.5 / options_.rate) return;
-  const ros::Duration elapsed = now - updated_;
+  if (!T_parent_child_ || now <= updated_ || secondsBetween(last_sent_, now) < 0.5 / options_.rate) return;
+  const double elapsed = secondsBetween(updated_, now);
   Eigen::Isometry3d T = *T_parent_child_;
   if (options_.extrapolate) {
-    if (elapsed.toSec() > options_.max_extrapolation) return;
-    T = T * expSe3(elapsed.toSec() * twist_);
+    if (elapsed > options_.max_extrapolation) return;
+    T = T * expSe3(elapsed * twist_);
   }
-  const ros::Time stamp = scan_stamp_ + ros::Duration(options_.tolerance) + elapsed;
+  const ros::Time stamp = addSeconds(scan_stamp_, options_.tolerance + elapsed);
   if (stamp <= last_stamp_) return;
   last_sent_ = now;
   send(T, stamp);
@@ -59,7 +60,7 @@ void TfOutput::stop() {
   T_parent_child_.reset();
 }
 
-void TfOutput::timeJumped() {
+void TfOutput::timeJumpedBack() {
   const std::lock_guard<std::mutex> lock(mutex_);
   T_parent_child_.reset();
   last_stamp_ = last_sent_ = updated_ = ros::Time();
@@ -75,7 +76,7 @@ void TfOutput::setTiming(double tolerance, double rate, double max_extrapolation
 bool TfOutput::isSending(const ros::Time& now) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!T_parent_child_) return false;
-  return !options_.extrapolate || (now - updated_).toSec() <= options_.max_extrapolation;
+  return !options_.extrapolate || secondsBetween(updated_, now) <= options_.max_extrapolation;
 }
 
 ros::Time TfOutput::lastStamp() const {

@@ -37,7 +37,7 @@ class TfOutput {
   /// Sends the last transform again, stamped as far on as time has gone on. Call at `rate` or faster.
   void tick(const ros::Time& now);
   /// The clock went back: smaller stamps are right again.
-  void timeJumped();
+  void timeJumpedBack();
 
   /// From the next transform on; stamps rise all the same.
   void setTiming(double tolerance, double rate, double max_extrapolation);

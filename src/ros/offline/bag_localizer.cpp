@@ -7,12 +7,14 @@
 #include <utility>
 
 #include "ros/messages/conversions.h"
+#include "ros/messages/stamps.h"
 #include "ros/node/localization_output.h"
 #include "ros/poses/pose_store.h"
 
 namespace ttsdf {
 
 namespace {
+constexpr char kBagTime[] = "by the bag's time, ";
 constexpr double kLongestStep = 1.0;  // [s] between two messages: a longer gap of the bag is no silent camera
 }  // namespace
 
@@ -29,14 +31,28 @@ BagLocalizer::BagLocalizer(const LocalizationRosOptions& options, PreparedMap ma
 }
 
 void BagLocalizer::add(const tf2_msgs::TFMessage& transforms, bool is_static) {
-  if (!localizer_.addTransforms(transforms, "bag", is_static)) return;
-  restart();
-  localizer_.addTransforms(transforms, "bag", is_static);
+  const TransformsOutcome outcome = localizer_.addTransforms(transforms, "bag", is_static, now_);
+  if (outcome.left_out > 0) {
+    transforms_left_out_.count += outcome.left_out;
+    transforms_left_out_.why = outcome.why;
+  }
+  if (!outcome.jumped_back) return;
+  timeJumpedBack();
+  localizer_.addTransforms(transforms, "bag", is_static, now_);
+}
+
+void BagLocalizer::add(const sensor_msgs::Imu& imu) {
+  const std::string left_out = localizer_.gravity().add(imu, now_);
+  if (left_out.empty()) return;
+  ++imu_left_out_.count;
+  imu_left_out_.why = left_out;
 }
 
 void BagLocalizer::add(const geometry_msgs::PoseWithCovarianceStamped& initial_pose) {
   try {
-    localizer_.usePose(readPose(initial_pose, localizer_.buffer(), options_.frames, "initialpose"));
+    PoseRequest request = readPose(initial_pose, localizer_.buffer(), options_.frames, "initialpose", now_);
+    if (!request.warning.empty()) warnings_.push_back(request.warning);
+    localizer_.usePose(std::move(request));
   } catch (const std::exception& error) {
     warnings_.push_back(std::string("initialpose refused: ") + error.what());
   }
@@ -47,13 +63,9 @@ void BagLocalizer::add(const std_msgs::Header& header,
   QueuedScan scan;
   scan.header = header;
   scan.header.frame_id = withoutLeadingSlash(header.frame_id);
-  constexpr double kFarthest = 2147483647.0;  // [s]: ROS has no durations beyond
-  if (std::abs(header.stamp.toSec() - now_.toSec()) > kFarthest) {
-    return refuse(scan.header, Status::REASON_BAD_CLOUD,
-                  "the scan has the stamp " + std::to_string(header.stamp.toSec()) + " s at the bag's time " +
-                      std::to_string(now_.toSec()) + " s");
-  }
-  if (clock_watch_.stampsJumped(header.stamp)) restart();
+  const std::string problem = stampProblem(header.stamp, now_);
+  if (!problem.empty()) return refuse(scan.header, Status::REASON_BAD_CLOUD, kBagTime + problem);
+  if (clock_watch_.stampsJumpedBack(header.stamp)) timeJumpedBack();
   try {
     if (scan.header.frame_id.empty()) throw std::invalid_argument("the scan has no frame_id");
     if (scan.header.stamp.isZero())
@@ -73,7 +85,7 @@ void BagLocalizer::add(const std_msgs::Header& header,
 }
 
 void BagLocalizer::advance(const ros::Time& time) {
-  const double seconds = now_.isZero() ? 0.0 : time.toSec() - now_.toSec();
+  const double seconds = now_.isZero() ? 0.0 : secondsBetween(now_, time);
   now_ = time;
   localizer_.passTime(std::clamp(seconds, 0.0, kLongestStep));
   workOnScans(false);
@@ -96,6 +108,13 @@ std::vector<std::string> BagLocalizer::warnings() const {
     all.push_back("is_bigendian of " + std::to_string(scans_of_wrong_byte_order_) +
                   " clouds is wrong, they are read the other way round");
   }
+  const auto addLeftOut = [&all](const LeftOut& left_out, const std::string& what) {
+    if (left_out.count == 0) return;
+    all.push_back("left out: " + std::to_string(left_out.count) + " " + what + "; the last one: " + kBagTime +
+                  left_out.why);
+  };
+  addLeftOut(transforms_left_out_, "transforms of tf");
+  addLeftOut(imu_left_out_, "messages of the IMU");
   return all;
 }
 
@@ -108,7 +127,9 @@ void BagLocalizer::report(const ScanOutcome& outcome) {
     case ScanOutcome::Kind::kRefused:
       return refuse(outcome.header, Status::REASON_NO_TRANSFORM, outcome.message);
     case ScanOutcome::Kind::kOvertaken:
-      return refuse(outcome.header, Status::REASON_TIME_JUMP, "the scan is not newer than the one before");
+      return refuse(outcome.header, Status::REASON_OLD_STAMP, "the scan was overtaken by newer ones");
+    case ScanOutcome::Kind::kOld:
+      return refuse(outcome.header, statusReason(outcome.update.reason), outcome.update.message);
     case ScanOutcome::Kind::kSkipped:
       return;
     case ScanOutcome::Kind::kLocalized:
@@ -136,9 +157,9 @@ void BagLocalizer::refuse(const std_msgs::Header& header, std::uint8_t reason, c
   report_(header, status, update);
 }
 
-void BagLocalizer::restart() {
+void BagLocalizer::timeJumpedBack() {
   finish();
-  localizer_.restart();
+  localizer_.timeJumpedBack();
 }
 
 }  // namespace ttsdf

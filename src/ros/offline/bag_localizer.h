@@ -1,6 +1,7 @@
 #pragma once
 // The localizer fed from a bag, message by message: what the node does, without a master, a clock or threads.
-// Every scan is used, and the same bag gives the same result whatever the machine does meanwhile.
+// No scan is passed over for lack of time: max_rate and update_min_* alone skip scans, by their stamps and
+// motions. So the same bag gives the same result whatever the machine does meanwhile.
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <sensor_msgs/Imu.h>
@@ -23,12 +24,12 @@ class BagLocalizer {
   /// A scan's outcome: the status as the node publishes it, and the pose where the status says pose_valid.
   using Report = std::function<void(const std_msgs::Header&, const Status&, const LocalizationUpdate&)>;
 
-  /// `options` as checkAndTidy leaves them. The time limit of a global localization is lifted: how far it
-  /// gets in a given time would depend on the machine.
+  /// `options` as checkAndTidy leaves them. A global localization ends before the next message is read,
+  /// however long it takes.
   BagLocalizer(const LocalizationRosOptions& options, PreparedMap map, Report report);
 
   void add(const tf2_msgs::TFMessage& transforms, bool is_static);
-  void add(const sensor_msgs::Imu& imu) { localizer_.gravity().add(imu); }
+  void add(const sensor_msgs::Imu& imu);
   void add(const geometry_msgs::PoseWithCovarianceStamped& initial_pose);
   /// A cloud or a depth image; what `convert` throws is reported.
   void add(const std_msgs::Header& header, const std::function<ConvertedCloud(const CloudOptions&)>& convert);
@@ -38,7 +39,7 @@ class BagLocalizer {
   void finish();
 
   int globalLocalizations() const { return globals_; }
-  /// Poses from outside that were refused, and why; scans that hold nothing.
+  /// Poses from outside that were refused, and why; scans that hold nothing; messages that were left out.
   std::vector<std::string> warnings() const;
 
  private:
@@ -46,7 +47,7 @@ class BagLocalizer {
   void report(const ScanOutcome& outcome);
   void runGlobal(const LocalizerScan& scan, const std_msgs::Header& header);
   void refuse(const std_msgs::Header& header, std::uint8_t reason, const std::string& message);
-  void restart();
+  void timeJumpedBack();
 
   const LocalizationRosOptions options_;
   const Report report_;
@@ -55,6 +56,11 @@ class BagLocalizer {
   std::vector<std::string> warnings_;
   ros::Time now_;
   int globals_ = 0;
+  struct LeftOut {
+    int count = 0;
+    std::string why;  ///< of the last one
+  };
+  LeftOut transforms_left_out_, imu_left_out_;
   int scans_without_points_ = 0, scans_without_readings_ = 0, scans_of_wrong_byte_order_ = 0;
 };
 

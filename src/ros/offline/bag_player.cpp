@@ -179,6 +179,8 @@ void play(const rosbag::Bag& bag, const BagTopics& topics, BagLocalizer& localiz
     return !topic.empty() && std::find(names.begin(), names.end(), topic) != names.end();
   });
   Player player(topics, localizer);
+  // Before the first message: a scan that comes before its transforms has waited for no time yet.
+  if (view.size() > 0) localizer.advance(view.getBeginTime());
   std::uint32_t done = 0;
   for (const rosbag::MessageInstance& message : view) {
     try {

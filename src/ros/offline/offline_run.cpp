@@ -63,8 +63,10 @@ struct Arguments {
 bool parse(int argc, char** argv, Arguments& a) {
   CommandLine line(
       "offline_localizer", "BAG.bag --map MAP.ttsdf [options]",
-      "Localizes the camera of a bag in a map with the localizer of the node: without a master, every "
-      "scan, as fast as it goes, and with the same result every time.");
+      "Localizes the camera of a bag in a map with the localizer of the node: without a master, as fast as "
+      "it "
+      "goes, and with the same result every time. Every scan is used, but for those that max_rate and "
+      "update_min_* skip.");
   line.positional("BAG.bag", a.bag)
       .value("map", "MAP.ttsdf", a.map, "The map; default: map_file of the parameters.")
       .value("config", "FILE.yaml", a.config,

@@ -1,8 +1,9 @@
 #include "ros/poses/pose_input.h"
 
-#include <tf2/exceptions.h>
+#include <exception>
 
 #include "ros/messages/conversions.h"
+#include "ros/messages/stamps.h"
 
 namespace ttsdf {
 
@@ -13,7 +14,7 @@ Eigen::Isometry3d toMapFrame(const tf2::BufferCore& buffer, const std::string& m
   if (!stamp.isZero()) {
     try {
       return fromMessage(buffer.lookupTransform(map, frame, stamp).transform);
-    } catch (const tf2::ExtrapolationException&) {
+    } catch (const std::exception&) {
       // The click is newer than the newest transform (or older than all): the newest one is the best there
       // is.
     }
@@ -24,15 +25,21 @@ Eigen::Isometry3d toMapFrame(const tf2::BufferCore& buffer, const std::string& m
 }  // namespace
 
 PoseRequest readPose(const geometry_msgs::PoseWithCovarianceStamped& message, const tf2::BufferCore& buffer,
-                     const FrameOptions& frames, const std::string& source) {
+                     const FrameOptions& frames, const std::string& source, const ros::Time& now) {
   PoseRequest request;
   request.stamp = message.header.stamp;
   request.guess.source = source;
+  const std::string problem = stampProblem(request.stamp, now);
+  if (!problem.empty()) {
+    request.stamp = ros::Time();
+    request.warning = source + ": " + problem + ", taken for now";
+  }
   const Eigen::Isometry3d T_frame_base = fromMessage(message.pose.pose);
   const Matrix6d covariance = fromCovarianceMessage(message.pose.covariance);
   std::string frame = withoutLeadingSlash(message.header.frame_id);
   if (frame.empty()) {
-    request.warning = source + ": the pose has no frame_id, taken for '" + frames.global_frame_id + "'";
+    request.warning += (request.warning.empty() ? "" : "; ") + source +
+                       ": the pose has no frame_id, taken for '" + frames.global_frame_id + "'";
     frame = frames.global_frame_id;
   }
   Eigen::Isometry3d T_map_frame = Eigen::Isometry3d::Identity();
@@ -71,8 +78,9 @@ PoseGuess withOdometry(const PoseRequest& request, const tf2::BufferCore& buffer
     guess.T_odom_base = fromMessage(
         buffer.lookupTransform(frames.odom_frame_id, frames.base_frame_id, request.stamp).transform);
     guess.stamp = request.stamp.toSec();
-  } catch (const tf2::TransformException&) {
-    // Older or newer than the odometry kept: a start pose that is a little off is better than none.
+  } catch (const std::exception&) {
+    // Older or newer than the odometry kept, or that is no rigid motion: a start pose that is a little off is
+    // better than none.
   }
   return guess;
 }

@@ -19,10 +19,11 @@ struct PoseRequest {
 };
 
 /// Any frame (transformed at the message's stamp, else with the newest transform); an empty one is taken for
-/// the map's and gives a warning. Throws std::invalid_argument for NaN, a zero quaternion or a bad
+/// the map's and gives a warning, as does a stamp that cannot be compared with the clock, which is taken for
+/// now. Throws std::invalid_argument for NaN, a zero quaternion or a bad
 /// covariance, and tf2::TransformException for a frame without transform.
 PoseRequest readPose(const geometry_msgs::PoseWithCovarianceStamped& message, const tf2::BufferCore& buffer,
-                     const FrameOptions& frames, const std::string& source);
+                     const FrameOptions& frames, const std::string& source, const ros::Time& now);
 
 /// Start pose of the parameters.
 PoseRequest startPose(const StartPoseOptions& options);

@@ -1,5 +1,7 @@
 #include "ros/scans/clock_watch.h"
 
+#include "ros/messages/stamps.h"
+
 namespace ttsdf {
 
 namespace {
@@ -8,20 +10,19 @@ constexpr double kOldScan = 1.0;      // [s] a single late scan is no jump ...
 constexpr int kOldScans = 3;          // ... several in a row are
 }  // namespace
 
-bool ClockWatch::clockJumped(const ros::Time& now) {
-  const bool jumped = last_now_.toSec() - now.toSec() > kClockJitter;
+bool ClockWatch::clockJumpedBack(const ros::Time& now) {
+  const bool jumped_back = secondsBetween(now, last_now_) > kClockJitter;
   last_now_ = now;
-  if (jumped) {
+  if (jumped_back) {
     newest_stamp_ = ros::Time();
     old_in_row_ = 0;
   }
-  return jumped;
+  return jumped_back;
 }
 
-bool ClockWatch::stampsJumped(const ros::Time& stamp) {
+bool ClockWatch::stampsJumpedBack(const ros::Time& stamp) {
   if (stamp.isZero()) return false;
-  if (newest_stamp_.toSec() - stamp.toSec() <=
-      kOldScan) {  // a difference of times may be more than a Duration holds
+  if (secondsBetween(stamp, newest_stamp_) <= kOldScan) {
     if (stamp > newest_stamp_) newest_stamp_ = stamp;
     old_in_row_ = 0;
     return false;

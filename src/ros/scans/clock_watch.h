@@ -9,10 +9,10 @@ namespace ttsdf {
 class ClockWatch {
  public:
   /// Call often. True if the clock is behind the last call by more than jitter.
-  bool clockJumped(const ros::Time& now);
+  bool clockJumpedBack(const ros::Time& now);
   /// Call per scan. True after several scans in a row far older than the newest one: a bag replayed without
   /// its clock.
-  bool stampsJumped(const ros::Time& stamp);
+  bool stampsJumpedBack(const ros::Time& stamp);
 
  private:
   ros::Time last_now_, newest_stamp_;

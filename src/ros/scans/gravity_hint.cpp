@@ -5,6 +5,7 @@
 #include <exception>
 
 #include "ros/messages/conversions.h"
+#include "ros/messages/stamps.h"
 
 namespace ttsdf {
 
@@ -36,18 +37,21 @@ std::optional<Eigen::Vector3d> GravityHint::down(const std::string& sensor_frame
   return std::nullopt;
 }
 
-void GravityHint::add(const sensor_msgs::Imu& imu) {
+std::string GravityHint::add(const sensor_msgs::Imu& imu, const ros::Time& now) {
   const auto& a = imu.linear_acceleration;
   const Eigen::Vector3d force(a.x, a.y, a.z);
-  if (!force.allFinite()) return;
+  if (!force.allFinite()) return {};
+  std::string problem = stampProblem(imu.header.stamp, now);
+  if (!problem.empty()) return problem;
   const std::lock_guard<std::mutex> lock(mutex_);
   const std::string frame = withoutLeadingSlash(imu.header.frame_id);
-  const double seconds = (imu.header.stamp - imu_stamp_).toSec();
+  const double seconds = secondsBetween(imu_stamp_, imu.header.stamp);
   const bool fresh = frame != imu_frame_ || seconds <= 0.0 || seconds > 10.0 * kImuTimeConstant;
   const double gain = fresh ? 1.0 : 1.0 - std::exp(-seconds / kImuTimeConstant);
   imu_force_ += gain * (force - imu_force_);
   imu_frame_ = frame;
   imu_stamp_ = imu.header.stamp;
+  return {};
 }
 
 std::optional<Eigen::Vector3d> GravityHint::rotated(const Eigen::Vector3d& direction, const std::string& from,

@@ -18,8 +18,9 @@ class GravityHint {
   GravityHint(const GravityOptions& options, const FrameOptions& frames, const tf2::BufferCore& buffer);
 
   bool wantsImu() const { return options_.gravity_source == "imu"; }
-  /// An IMU at rest or moving gently.
-  void add(const sensor_msgs::Imu& imu);
+  /// An IMU at rest or moving gently. Why it was left out: its stamp cannot be compared with the clock; else
+  /// empty.
+  std::string add(const sensor_msgs::Imu& imu, const ros::Time& now);
 
   /// Unit vector in the sensor frame at `stamp`; empty if unknown.
   std::optional<Eigen::Vector3d> down(const std::string& sensor_frame, const ros::Time& stamp) const;

@@ -1,12 +1,12 @@
 #include "ros/scans/scan_localizer.h"
 
-#include <tf2/exceptions.h>
-
 #include <algorithm>
 #include <exception>
 #include <utility>
 
 #include "ros/messages/conversions.h"
+#include "ros/messages/stamps.h"
+#include "ros/scans/transform_buffer.h"
 #include "ttsdf_localization/geometry/se3.h"
 
 namespace ttsdf {
@@ -42,18 +42,24 @@ ScanLocalizer::ScanLocalizer(const LocalizationRosOptions& options)
       gravity_(options.gravity, options.frames, buffer_),
       localizer_(options.localizer) {}
 
-bool ScanLocalizer::addTransforms(const tf2_msgs::TFMessage& message, const std::string& authority,
-                                  bool is_static) {
-  bool went_back = false;
+TransformsOutcome ScanLocalizer::addTransforms(const tf2_msgs::TFMessage& message,
+                                               const std::string& authority, bool is_static,
+                                               const ros::Time& now) {
+  TransformsOutcome outcome;
   for (const auto& transform : message.transforms) {
-    const bool taken = buffer_.setTransform(transform, authority, is_static);
+    AddedTransform added = addTransform(buffer_, transform, authority, is_static, now);
+    if (!added.left_out.empty()) {
+      ++outcome.left_out;
+      outcome.why = std::move(added.left_out);
+      continue;
+    }
     if (is_static) continue;
     int& refused = old_transforms_[transform.child_frame_id];
-    refused = taken ? 0 : refused + 1;
-    went_back = went_back || (refused >= kOldTransforms && isTooOld(transform));
+    refused = added.taken ? 0 : refused + 1;
+    outcome.jumped_back = outcome.jumped_back || (refused >= kOldTransforms && isTooOld(transform));
   }
-  if (went_back) old_transforms_.clear();
-  return went_back;
+  if (outcome.jumped_back) old_transforms_.clear();
+  return outcome;
 }
 
 bool ScanLocalizer::isTooOld(const geometry_msgs::TransformStamped& transform) const {
@@ -61,8 +67,8 @@ bool ScanLocalizer::isTooOld(const geometry_msgs::TransformStamped& transform) c
     const ros::Time newest =
         buffer_.lookupTransform(transform.header.frame_id, transform.child_frame_id, ros::Time(0))
             .header.stamp;
-    return (newest - transform.header.stamp).toSec() > 1.0;
-  } catch (const tf2::TransformException&) {
+    return secondsBetween(transform.header.stamp, newest) > 1.0;
+  } catch (const std::exception&) {
     return false;  // refused for another reason: NaN, say
   }
 }
@@ -101,7 +107,7 @@ std::optional<ScanOutcome> ScanLocalizer::next(const ros::Time& now, bool newest
   }
   outcome.update = localizer_.process(outcome.scan);
   if (outcome.update.reason == RefusalReason::kOldStamp) {
-    outcome.kind = ScanOutcome::Kind::kOvertaken;
+    outcome.kind = ScanOutcome::Kind::kOld;
     return outcome;
   }
   outcome.kind = ScanOutcome::Kind::kLocalized;
@@ -132,7 +138,7 @@ void ScanLocalizer::reset() {
   localizer_.reset();
 }
 
-void ScanLocalizer::restart() {
+void ScanLocalizer::timeJumpedBack() {
   buffer_.clear();
   queue_.clear();
   last_stamp_ = silence_ = 0.0;

@@ -21,7 +21,8 @@ struct ScanOutcome {
   enum class Kind {
     kLocalized,  ///< the localizer saw it: `update`
     kSkipped,    ///< the robot has not moved enough, or max_rate is kept
-    kOvertaken,  ///< a newer scan was there
+    kOvertaken,  ///< newer scans came faster than they were taken
+    kOld,        ///< not newer than the one before: `update`
     kRefused     ///< its transforms are missing or broken: `message`
   };
   Kind kind = Kind::kLocalized;
@@ -29,6 +30,13 @@ struct ScanOutcome {
   LocalizerScan scan;  ///< kLocalized
   LocalizationUpdate update;
   std::string message;
+};
+
+/// What came of a message of transforms.
+struct TransformsOutcome {
+  bool jumped_back = false;  ///< their stamps went back: tf refuses them for being too old
+  int left_out = 0;          ///< whose stamps cannot be compared with the clock
+  std::string why;           ///< of the last one left out
 };
 
 /// Not thread-safe, but for queue() and buffer(), which are.
@@ -44,8 +52,9 @@ class ScanLocalizer {
   Localizer& localizer() { return localizer_; }
   const Localizer& localizer() const { return localizer_; }
 
-  /// In one thread. True if the stamps of the transforms went back: tf refuses them for being too old.
-  bool addTransforms(const tf2_msgs::TFMessage& message, const std::string& authority, bool is_static);
+  /// In one thread.
+  TransformsOutcome addTransforms(const tf2_msgs::TFMessage& message, const std::string& authority,
+                                  bool is_static, const ros::Time& now);
 
   /// Works on the next scan of the queue; empty: none can be used yet. `newest`: older ones are passed over.
   std::optional<ScanOutcome> next(const ros::Time& now, bool newest = false, bool at_end = false);
@@ -61,7 +70,7 @@ class ScanLocalizer {
   /// Pose and motion forgotten, map kept.
   void reset();
   /// The clock went back: transforms and scans of the time that was undone are forgotten.
-  void restart();
+  void timeJumpedBack();
   /// The next scan is used even if the robot stands still.
   void requestUpdate() { update_requested_ = true; }
   void setOptions(const LocalizationRosOptions& options);

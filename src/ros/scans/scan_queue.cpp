@@ -1,9 +1,10 @@
 #include "ros/scans/scan_queue.h"
 
-#include <tf2/exceptions.h>
-
 #include <algorithm>
+#include <exception>
 #include <utility>
+
+#include "ros/messages/stamps.h"
 
 namespace ttsdf {
 
@@ -88,11 +89,16 @@ std::string ScanQueue::whyWaiting() const {
 }
 
 bool ScanQueue::hasTransform(const QueuedScan& scan, const std::string& target, std::string* why) const {
-  return buffer_.canTransform(target, scan.header.frame_id, scan.header.stamp, why);
+  try {
+    return buffer_.canTransform(target, scan.header.frame_id, scan.header.stamp, why);
+  } catch (const std::exception& error) {  // tf2 says how far stamps are apart, and cannot for some
+    if (why) *why = error.what();
+    return false;
+  }
 }
 
 ScanQueue::Ready ScanQueue::readiness(const Waiting& waiting, const ros::Time& now, bool at_end) const {
-  const bool late = at_end || (now - waiting.arrival).toSec() >= kPatience;
+  const bool late = at_end || secondsBetween(waiting.arrival, now) >= kPatience;
   const bool complete =
       std::all_of(options_.targets.begin(), options_.targets.end(),
                   [&](const std::string& target) { return hasTransform(waiting.scan, target, nullptr); });
@@ -109,13 +115,13 @@ void ScanQueue::watchOdometry(const ros::Time& now) {
   ros::Time newest;
   try {
     newest = buffer_.lookupTransform(options_.odometry, base, ros::Time(0)).header.stamp;
-  } catch (const tf2::TransformException&) {
+  } catch (const std::exception&) {
     return;  // never there, or forgotten
   }
   // A transform that never changes has stamp 0: it is always there, and never late.
   if (newest.isZero() || newest <= newest_odometry_) return;
   if (!odometry_seen_.isZero()) {
-    odometry_gaps_.push_back((now - odometry_seen_).toSec());
+    odometry_gaps_.push_back(secondsBetween(odometry_seen_, now));
     if (odometry_gaps_.size() > kGapsKept) odometry_gaps_.pop_front();
   }
   newest_odometry_ = newest;
@@ -123,7 +129,7 @@ void ScanQueue::watchOdometry(const ros::Time& now) {
 }
 
 bool ScanQueue::isTooOld(const QueuedScan& scan) const {
-  return (newest_odometry_ - scan.header.stamp).toSec() > tf2::BufferCore::DEFAULT_CACHE_TIME;
+  return secondsBetween(scan.header.stamp, newest_odometry_) > tf2::BufferCore::DEFAULT_CACHE_TIME;
 }
 
 bool ScanQueue::odometryIsSilent(const ros::Time& now) const {
@@ -135,7 +141,7 @@ bool ScanQueue::odometryIsSilent(const ros::Time& now) const {
     std::nth_element(gaps.begin(), middle, gaps.end());
     limit = std::max(limit, std::min(kSilentPeriods * *middle, kPatience));
   }
-  return (now - odometry_seen_).toSec() >= limit;
+  return secondsBetween(odometry_seen_, now) >= limit;
 }
 
 std::string ScanQueue::why(const QueuedScan& scan) const {
