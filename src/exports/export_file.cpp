@@ -38,7 +38,7 @@ Eigen::AlignedBox3d boxOf(const GridGeometry& geometry) {
 }
 
 void writeExport(const std::string& path, const std::string& bytes) {
-  writeFileAtomically(path, {bytes.begin(), bytes.end()});
+  writeFileAtomically(path, bytes.data(), bytes.size());
 }
 
 }  // namespace ttsdf
