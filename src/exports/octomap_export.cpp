@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "export_ending.h"
 #include "export_file.h"
 #include "ttsdf_localization/exports/exports.h"
 
