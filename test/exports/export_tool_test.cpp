@@ -188,7 +188,52 @@ std::string rotatedBoxObj(double angle) {
   return out.str();
 }
 
-/// Walls without holes: no way of 6 neighbours leads from the free space outside to cells inside.
+/// Cells deeper inside the turned box than half their diagonal that a way of 6 neighbours over cells which
+/// are not occupied leads to, from a corner outside.
+int cellsReachedInside(const octomap::OcTree& tree, double angle) {
+  const Eigen::AngleAxisd back(-angle, Eigen::Vector3d::UnitZ());
+  const double deep = -0.5 * std::sqrt(3.0) * tree.getResolution();
+  const auto key = [&tree](int axis, double x) {
+    return static_cast<int>(tree.coordToKey(axis < 2 ? x : 0.6 * x));
+  };
+  Eigen::Array3i low, count;
+  for (int axis = 0; axis < 3; ++axis) {
+    low[axis] = key(axis, -1.5);
+    count[axis] = key(axis, 1.5) - low[axis] + 1;
+  }
+  std::vector<bool> seen(static_cast<std::size_t>(count.prod()));
+  std::vector<Eigen::Array3i> open;
+  int reached = 0;
+  const auto visit = [&](const Eigen::Array3i& at) {
+    if ((at < 0).any() || (at >= count).any()) return;
+    const auto n = static_cast<std::size_t>((at.z() * count.y() + at.y()) * count.x() + at.x());
+    if (seen[n]) return;
+    seen[n] = true;
+    octomap::OcTreeKey cell;
+    for (int axis = 0; axis < 3; ++axis)
+      cell[static_cast<unsigned>(axis)] = static_cast<octomap::key_type>(low[axis] + at[axis]);
+    const auto* node = tree.search(cell);
+    if (node && tree.isNodeOccupied(node)) return;
+    const octomap::point3d p = tree.keyToCoord(cell);
+    if (distance(back * Eigen::Vector3d(p.x(), p.y(), p.z())) < deep) ++reached;
+    open.push_back(at);
+  };
+  visit(Eigen::Array3i::Zero());
+  EXPECT_EQ(open.size(), 1u) << "the corner outside is occupied";
+  while (!open.empty()) {
+    const Eigen::Array3i at = open.back();
+    open.pop_back();
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        Eigen::Array3i next = at;
+        next[axis] += step;
+        visit(next);
+      }
+    }
+  }
+  return reached;
+}
+
 TEST_F(ExportTool, OctreesHaveNoHolesAtAnyResolution) {
   const double angle = 0.4;
   const std::string map = folder_ / "turned.ttsdf";
@@ -196,34 +241,29 @@ TEST_F(ExportTool, OctreesHaveNoHolesAtAnyResolution) {
                                        "--voxel-size", "0.05", "--truncation", "0.15", "--output", map})
                 .exit_code,
             0);
+  const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitZ());
   for (const double resolution : {0.02, 0.05, 0.07, 0.2}) {
     exported({map, "--octomap", folder_ / "t.bt", "--resolution", std::to_string(resolution)});
     octomap::OcTree tree(folder_ / "t.bt");
     EXPECT_NEAR(tree.getResolution(), resolution, 1e-6);
-    int missed = 0, asked = 0;
-    for (double a = -0.9; a <= 0.9; a += 0.013) {
-      for (double b = -0.45; b <= 0.45; b += 0.013) {
-        // A point of the face x = 1: its cell, or one beside it in its row.
-        bool found = false;
-        for (const double step : {0.0, -1.0, 1.0}) {
-          const Eigen::Vector3d p =
-              Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) * Eigen::Vector3d(1.0, 0.75 * a, b) +
-              Eigen::Vector3d(step * resolution, 0.0, 0.0);
-          const auto* node = tree.search(p.x(), p.y(), p.z());
-          found = found || (node && tree.isNodeOccupied(node));
-        }
-        ++asked;
-        missed += found ? 0 : 1;
-      }
-    }
-    EXPECT_EQ(missed, 0) << "of " << asked << " at " << resolution;
+    EXPECT_EQ(cellsReachedInside(tree, angle), 0) << resolution;
     for (auto leaf = tree.begin_leafs(), end = tree.end_leafs(); leaf != end; ++leaf) {
-      const Eigen::Vector3d p = Eigen::AngleAxisd(-angle, Eigen::Vector3d::UnitZ()) *
-                                Eigen::Vector3d(leaf.getX(), leaf.getY(), leaf.getZ());
+      const Eigen::Vector3d p = turn.inverse() * Eigen::Vector3d(leaf.getX(), leaf.getY(), leaf.getZ());
       if (tree.isNodeOccupied(*leaf)) {
         EXPECT_LT(std::abs(distance(p)), std::sqrt(3.0) * leaf.getSize());
       }
     }
+    // One way through the face x = 1 is found. Two cells wide: cells of a slanting line touch in corners
+    // only.
+    for (double x = 0.0; x < 1.3; x += 0.2 * resolution) {
+      const Eigen::Vector3d p = turn * Eigen::Vector3d(x, 0.1, 0.1);
+      for (const double beside : {0.0, resolution}) {
+        tree.setNodeValue(octomap::point3d(static_cast<float>(p.x() + beside), static_cast<float>(p.y()),
+                                           static_cast<float>(p.z())),
+                          -1.0F);
+      }
+    }
+    EXPECT_GT(cellsReachedInside(tree, angle), 0) << resolution;
   }
 }
 
