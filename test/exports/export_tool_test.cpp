@@ -334,15 +334,15 @@ TEST_F(ExportTool, OctreesOfOtherTypesAreReadOrNamed) {
 
 TEST_F(ExportTool, FilesAreWholeAndReplaceNothingElse) {
   const std::string map = build("box", Eigen::Vector3d::Zero());
-  const std::string before = fileText(map);
+  const std::string before = fileText(map), other = folder_.write("other.ttsdf", before);
   const std::string folder = folder_ / "f.ply";
   std::filesystem::create_directory(folder);
   const std::string pipe = folder_ / "p.ply";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  std::string wrong;
   for (const char* what : {"surface", "cloud", "vdb", "octomap", "slice"}) {
     const std::string flag = std::string("--") + what;
-    expectError(runProcess("ttsdf_export", {map, flag, map}), 1, {"ending '.ttsdf'", "wanted ."});
+    expectError(runProcess("ttsdf_export", {map, flag, map}), 2, {"MAP.ttsdf", flag});
+    expectError(runProcess("ttsdf_export", {map, flag, other}), 1, {"ending '.ttsdf'", "wanted ."});
     expectError(runProcess("ttsdf_export", {map, flag, folder_ / "no_ending"}), 1, {"wanted ."});
     for (const char* ending : {".ply", ".pcd", ".vdb", ".bt", ".csv"})
       EXPECT_NE(runProcess("ttsdf_export", {map, flag, (folder_ / "nowhere/x") + ending}).exit_code, 0);
@@ -350,11 +350,40 @@ TEST_F(ExportTool, FilesAreWholeAndReplaceNothingElse) {
   expectError(runProcess("ttsdf_export", {map, "--octomap", folder_ / "t.ot"}), 1, {".bt"});
   expectError(runProcess("ttsdf_export", {map, "--surface", folder}), 1, {"f.ply", "folder"});
   expectError(runProcess("ttsdf_export", {map, "--surface", pipe}), 1, {"p.ply", "pipe"});
-  expectError(runProcess("ttsdf_export", {map, "--surface", folder_ / "a.ply", "--cloud", folder_ / "a.ply"}),
-              2, {"--surface", "--cloud"});
   EXPECT_TRUE(fileText(map) == before);
+  EXPECT_TRUE(fileText(other) == before);
   exported({map, "--occupancy", folder_ / "a: b's #1"});
   EXPECT_NE(fileText(folder_ / "a: b's #1.yaml").find("image: 'a: b''s #1.pgm'"), std::string::npos);
+}
+
+TEST_F(ExportTool, TwoExportsToOneFileAreRefusedHoweverItIsSpelled) {
+  const std::string map = build("box", Eigen::Vector3d::Zero());
+  const std::string before = fileText(map);
+  std::filesystem::create_directory(folder_ / "sub");
+  std::filesystem::create_symlink(folder_ / "sub", folder_ / "link");
+  std::filesystem::create_symlink("sub/new.ply", folder_ / "dangling.ply");
+  std::filesystem::create_symlink("box.ttsdf", folder_ / "map.ply");
+  const auto refused = [&](std::vector<std::string> flags, const std::vector<std::string>& parts) {
+    flags.insert(flags.begin(), map);
+    expectError(runProcess("ttsdf_export", flags), 2, parts);
+  };
+  for (const char* other : {"a.ply", "./a.ply", "sub/../a.ply", "sub//..///a.ply"}) {
+    refused({"--surface", folder_ / "a.ply", "--cloud", folder_ / other},
+            {"--surface", "--cloud", "wanted a file of its own for each"});
+  }
+  refused({"--surface", folder_ / "sub/a.ply", "--cloud", folder_ / "link/a.ply"}, {"--surface", "--cloud"});
+  refused({"--surface", folder_ / "sub/new.ply", "--cloud", folder_ / "dangling.ply"},
+          {"--surface", "--cloud"});
+  for (const char* name : {"o", "o.pgm", "o.yaml", "./o"}) {
+    refused({"--slice", folder_ / "o.pgm", "--height", "0", "--occupancy", folder_ / name},
+            {"--slice", "--occupancy", "o.pgm"});
+  }
+  refused({"--surface", folder_ / "map.ply"}, {"MAP.ttsdf", "--surface", "map.ply"});
+  for (const char* name : {"a.ply", "o.pgm", "o.yaml", "sub/a.ply", "sub/new.ply"})
+    EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
+  EXPECT_TRUE(fileText(map) == before);
+  exported(
+      {map, "--surface", folder_ / "sub/o.ply", "--cloud", folder_ / "o.ply", "--occupancy", folder_ / "o"});
 }
 
 /// As map_server's image loader: the yaml's thresholds on (255 - grey) / 255, rows from the top.
