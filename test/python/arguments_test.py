@@ -118,6 +118,25 @@ class Arguments(unittest.TestCase):
                 self.refused("depth image", ttsdf.build_frames, [values[0]], frames(1)[1], K)
                 self.refused("pose", ttsdf.build_frames, [IMAGE], [values], K)
 
+    def test_errors_of_the_conversion_are_told(self):
+        class Array:
+            def __init__(self, error):
+                self.error = error
+
+            def __array__(self, *_, **__):
+                raise self.error
+
+        device = "can't convert cuda:0 device type tensor to numpy. Use Tensor.cpu() first."
+        for error in (TypeError(device), ValueError("ünfinished")):
+            self.refused(["points", "Array", "wanted an array of numbers", str(error)], self.box.query, Array(error))
+            self.refused(["vertices", str(error)], ttsdf.build_mesh, Array(error), FACES)
+            self.refused(["frame 1", "depth image", str(error)], ttsdf.build_frames, [IMAGE, Array(error)], frames(2)[1], K)
+        for error in (RuntimeError("requires grad"), SystemExit(3), KeyboardInterrupt(), MemoryError(), OSError("disk"), KeyError("x")):
+            for call in (lambda: self.box.query(Array(error)), lambda: ttsdf.build_frames([Array(error)], frames(1)[1], K)):
+                with self.assertRaises(type(error)) as caught:
+                    call()
+                self.assertIs(caught.exception, error)
+
     def test_nothing_and_no_number(self):
         values, gradients, valid = self.box.query(np.zeros((0, 3)))
         self.assertEqual((values.shape, gradients.shape, valid.shape), ((0,), (0, 3), (0,)))
