@@ -9,6 +9,7 @@
 #include "bindings.h"
 #include "interrupts.h"
 #include "map_object.h"
+#include "ttsdf_localization/field/long_range_field.h"
 #include "ttsdf_localization/registration/search.h"
 
 namespace ttsdf::python {
@@ -28,8 +29,16 @@ class RegistrationObject {
       const auto key = item.first.cast<std::string>();
       if (!searchOptionTable().has(key) && !globalOptionTable().has(key)) refuseRest(rest);
     }
-    const py::gil_scoped_release released;
-    registration_ = std::make_unique<Registration>(map.field(), registration);
+    const std::shared_ptr<const DistanceField>& field = map.field();
+    registration_ = interruptible([&](Interrupts& interrupts) {
+      // What takes long in a large map, made ahead where Ctrl-C is looked at.
+      std::shared_ptr<const DistanceField> far;
+      if (registration.long_range && registration.method == "robust") {
+        far = makeLongRangeField(*field, {}, progressOf(interrupts));
+        field->warmUp(progressOf(interrupts));
+      }
+      return std::make_unique<Registration>(field, registration, far);
+    });
   }
 
   RegistrationResult track(const py::object& points, const py::object& prior) {
