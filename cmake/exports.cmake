@@ -4,6 +4,7 @@ ttsdf_find_library(TTSDF_OCTOMATH_LIBRARY octomath)
 
 ttsdf_library(ttsdf_exports
   SOURCES
+    src/exports/export_ending.cpp
     src/exports/grid_files.cpp
     src/exports/octomap_export.cpp
     src/exports/octomap_import.cpp

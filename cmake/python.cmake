@@ -20,7 +20,13 @@ if(NOT TTSDF_BUILD_PYTHON)
 elseif(NOT PYBIND11_INCLUDE_DIR OR TTSDF_PYTHON_FAILED OR NOT EXISTS "${TTSDF_PYTHON_INCLUDE_DIR}/Python.h")
   message(STATUS "Python module: left out, wanted pybind11 (pybind11-dev) and Python's headers (python3-dev)")
 else()
-  add_library(ttsdf_python MODULE python/ttsdf_module.cpp python/arguments.cpp)
+  add_library(ttsdf_python MODULE
+    python/arguments.cpp
+    python/builds.cpp
+    python/map_object.cpp
+    python/readers.cpp
+    python/registration_object.cpp
+    python/ttsdf_module.cpp)
   target_include_directories(ttsdf_python SYSTEM PRIVATE "${PYBIND11_INCLUDE_DIR}" "${TTSDF_PYTHON_INCLUDE_DIR}")
   target_link_libraries(ttsdf_python PRIVATE ttsdf_exports ttsdf_mapping ttsdf_core ttsdf_warnings)
   # pybind11's own classes are hidden; a type that holds one must be as well.

@@ -5,11 +5,14 @@ ttsdf_ros_library(ttsdf_map_visualization SOURCES src/ros/operator/map_visualiza
 
 ttsdf_ros_library(ttsdf_map_builder
   SOURCES
+    src/ros/builder/fusion_checkpoint.cpp
     src/ros/builder/map_build_request.cpp
     src/ros/builder/map_builder_options.cpp
     src/ros/builder/map_builder_ros.cpp
+    src/ros/builder/map_views.cpp
     src/ros/builder/posed_cloud_source.cpp
     src/ros/builder/scan_fuser.cpp
+    src/ros/builder/silence_warning.cpp
     src/ros/scans/scan_selector.cpp
   LIBS ttsdf_map_server ttsdf_map_visualization)
 ttsdf_ros_library(ttsdf_map_builder_nodelet SOURCES src/nodes/map_builder_nodelet.cpp LIBS ttsdf_map_builder)

@@ -33,13 +33,15 @@ Array<double> shaped(const py::handle& value, const char* what, py::ssize_t rows
 py::array numbers(const py::handle& value, const char* what) {
   if (py::isinstance(value, py::module::import("numpy.ma").attr("MaskedArray")))
     refuse(what, "a masked array", "one without a mask (.filled(0) for depth, .compressed() for rows)");
-  // As numpy.asarray, whose errors are better than those of a cast; warnings of ragged lists are ours.
+  // As numpy.asarray, whose errors are better than those of a cast. Those that say what the value is not are
+  // told with the argument's name; any other (Ctrl-C, sys.exit, what a lazy array meets) stays what it is.
   py::array array;
   try {
     array = py::module::import("numpy").attr("asarray")(value);
   } catch (const py::error_already_set& error) {
-    if (error.matches(PyExc_MemoryError) || error.matches(PyExc_KeyboardInterrupt)) throw;
-    refuse(what, py::repr(value.get_type()).cast<std::string>(), "an array of numbers");
+    if (!error.matches(PyExc_TypeError) && !error.matches(PyExc_ValueError)) throw;
+    refuse(what, py::repr(value.get_type()).cast<std::string>(),
+           "an array of numbers (" + py::str(error.value()).cast<std::string>() + ")");
   }
   const char kind = array.dtype().kind();
   const bool empty_list = array.size() == 0;

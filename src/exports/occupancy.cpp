@@ -93,11 +93,17 @@ OccupancyImage occupancyOf(const TtSdfMap& map, const OccupancyOptions& options)
   return image;
 }
 
+OccupancyFiles occupancyFiles(const std::string& name) {
+  std::string stem = name;
+  for (const std::string ending : {".pgm", ".yaml"}) {
+    if (name.size() > ending.size() && name.compare(name.size() - ending.size(), ending.size(), ending) == 0)
+      stem = name.substr(0, name.size() - ending.size());
+  }
+  return {stem + ".pgm", stem + ".yaml"};
+}
+
 void writeOccupancy(const OccupancyImage& image, const std::string& name) {
-  const std::string stem =
-      name.size() > 4 && (name.rfind(".pgm") == name.size() - 4)    ? name.substr(0, name.size() - 4)
-      : name.size() > 5 && (name.rfind(".yaml") == name.size() - 5) ? name.substr(0, name.size() - 5)
-                                                                    : name;
+  const OccupancyFiles files = occupancyFiles(name);
   constexpr char kFreeGrey = static_cast<char>(254), kUnknownGrey = static_cast<char>(205), kOccupiedGrey = 0;
   std::ostringstream picture;
   picture << "P5\n" << image.width << ' ' << image.height << "\n255\n";
@@ -115,11 +121,11 @@ void writeOccupancy(const OccupancyImage& image, const std::string& name) {
   }
   std::ostringstream yaml;
   yaml << std::setprecision(std::numeric_limits<double>::max_digits10)
-       << "image: " << quoted(std::filesystem::path(stem).filename().string() + ".pgm")
+       << "image: " << quoted(std::filesystem::path(files.image).filename().string())
        << "\nresolution: " << image.resolution << "\norigin: [" << image.origin.x() << ", "
        << image.origin.y() << ", 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
-  writeExport(stem + ".pgm", picture.str());
-  writeExport(stem + ".yaml", yaml.str());
+  writeExport(files.image, picture.str());
+  writeExport(files.yaml, yaml.str());
 }
 
 }  // namespace ttsdf

@@ -4,9 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
+#include "export_ending.h"
 #include "export_file.h"
 #include "ttsdf_localization/exports/exports.h"
 
@@ -48,6 +53,15 @@ int samplesPerAxis(double resolution, double voxel) {
   return std::max(1, static_cast<int>(std::ceil(resolution / voxel - 1e-6)));
 }
 
+enum class Cell : std::uint8_t { kUnknown, kInside, kFree, kOccupied };
+
+/// What two samples say together: where the sign changes there is a surface between them, however far off
+/// both are.
+Cell combined(Cell a, Cell b) {
+  const bool surface = (a == Cell::kInside && b == Cell::kFree) || (a == Cell::kFree && b == Cell::kInside);
+  return surface ? Cell::kOccupied : std::max(a, b);
+}
+
 class CellRows {
  public:
   CellRows(const TtSdfMap& map, const octomap::OcTree& tree)
@@ -56,9 +70,9 @@ class CellRows {
         samples_(samplesPerAxis(resolution_, map.geometry.voxel_size)),
         half_(static_cast<float>(0.5 * resolution_ / samples_)) {}
 
-  /// Into `states`: 0 unknown, 1 free, 2 occupied, of `count` cells from `first` (its lower corner) on.
-  void ask(const Eigen::Vector3d& first, int count, std::vector<int>& states) {
-    states.assign(static_cast<std::size_t>(count), 0);
+  /// Into `cells`: `count` of them from `first` (its lower corner) on.
+  void ask(const Eigen::Vector3d& first, int count, std::vector<Cell>& cells) {
+    cells.assign(static_cast<std::size_t>(count), Cell::kUnknown);
     const double step = resolution_ / samples_;
     points_.resize(3, static_cast<Eigen::Index>(count) * samples_);
     for (int k = 0; k < samples_; ++k) {
@@ -72,12 +86,11 @@ class CellRows {
         for (Eigen::Index i = 0; i < points_.cols(); ++i) {
           if (found.states[static_cast<std::size_t>(i)] != PointState::kValid) continue;
           const float value = found.values[i];
-          int& state = states[static_cast<std::size_t>(i / samples_)];
-          if (std::abs(value) <= half_) {
-            state = 2;
-          } else if (value > 0.0F) {
-            state = std::max(state, 1);
-          }
+          const Cell sample = std::abs(value) <= half_ ? Cell::kOccupied
+                              : value > 0.0F           ? Cell::kFree
+                                                       : Cell::kInside;
+          Cell& cell = cells[static_cast<std::size_t>(i / samples_)];
+          cell = combined(cell, sample);
         }
       }
     }
@@ -91,25 +104,60 @@ class CellRows {
   Eigen::Matrix3Xf points_;
 };
 
+/// Cells into a tree, layer by layer from below.
+class TreeFiller {
+ public:
+  TreeFiller(const Eigen::Array3i& low, const Eigen::Array3i& high, octomap::OcTree& tree)
+      : low_(low), row_size_(static_cast<std::size_t>(high.x() - low.x() + 1)), tree_(tree) {}
+
+  void add(int j, int k, const std::vector<Cell>& row) {
+    if (k != k_) below_ = std::exchange(layer_, {}), k_ = k;
+    const std::size_t begin = layer_.size();
+    layer_.insert(layer_.end(), row.begin(), row.end());
+    for (std::size_t n = begin; n < layer_.size(); ++n) {
+      const Eigen::Array3i at(low_.x() + static_cast<int>(n - begin), j, k);
+      set(layer_[n], at);
+      // A surface in the middle between two cells may be too far from both.
+      if (n > begin) close(layer_[n - 1], at - Eigen::Array3i(1, 0, 0), layer_[n], at);
+      if (n >= row_size_) close(layer_[n - row_size_], at - Eigen::Array3i(0, 1, 0), layer_[n], at);
+      if (!below_.empty()) close(below_[n], at - Eigen::Array3i(0, 0, 1), layer_[n], at);
+    }
+  }
+
+ private:
+  /// Of a free cell and one inside matter the latter becomes occupied.
+  void close(Cell& a, const Eigen::Array3i& at_a, Cell& b, const Eigen::Array3i& at_b) {
+    if (a == Cell::kInside && b == Cell::kFree) set(a = Cell::kOccupied, at_a);
+    if (a == Cell::kFree && b == Cell::kInside) set(b = Cell::kOccupied, at_b);
+  }
+  void set(Cell cell, const Eigen::Array3i& at) {
+    if (cell != Cell::kFree && cell != Cell::kOccupied) return;
+    constexpr int kZero = 32768;  // the key of the cell above the origin
+    const octomap::OcTreeKey key(static_cast<octomap::key_type>(at.x() + kZero),
+                                 static_cast<octomap::key_type>(at.y() + kZero),
+                                 static_cast<octomap::key_type>(at.z() + kZero));
+    tree_.setNodeValue(
+        key, cell == Cell::kOccupied ? tree_.getClampingThresMaxLog() : tree_.getClampingThresMinLog(), true);
+  }
+
+  const Eigen::Array3i low_;
+  const std::size_t row_size_;
+  octomap::OcTree& tree_;
+  int k_ = std::numeric_limits<int>::min();
+  std::vector<Cell> layer_, below_;
+};
+
 void fill(const TtSdfMap& map, const Eigen::AlignedBox3d& box, octomap::OcTree& tree) {
   const double resolution = tree.getResolution();
   const Eigen::Array3i low = (box.min() / resolution).array().floor().cast<int>();
   const Eigen::Array3i high = (box.max() / resolution).array().floor().cast<int>();
-  const int zero = 32768;  // the key of the cell above the origin
   CellRows rows(map, tree);
-  std::vector<int> states;
+  TreeFiller filler(low, high, tree);
+  std::vector<Cell> cells;
   for (int k = low.z(); k <= high.z(); ++k) {
     for (int j = low.y(); j <= high.y(); ++j) {
-      rows.ask(resolution * Eigen::Vector3d(low.x(), j, k), high.x() - low.x() + 1, states);
-      for (int i = low.x(); i <= high.x(); ++i) {
-        const int state = states[static_cast<std::size_t>(i - low.x())];
-        if (state == 0) continue;
-        const octomap::OcTreeKey key(static_cast<octomap::key_type>(i + zero),
-                                     static_cast<octomap::key_type>(j + zero),
-                                     static_cast<octomap::key_type>(k + zero));
-        tree.setNodeValue(key, state == 2 ? tree.getClampingThresMaxLog() : tree.getClampingThresMinLog(),
-                          true);
-      }
+      rows.ask(resolution * Eigen::Vector3d(low.x(), j, k), high.x() - low.x() + 1, cells);
+      filler.add(j, k, cells);
     }
   }
   tree.updateInnerOccupancy();

@@ -5,6 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "export_ending.h"
 #include "export_file.h"
 #include "ttsdf_localization/exports/exports.h"
 #include "ttsdf_localization/files/file_writer.h"

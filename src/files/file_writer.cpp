@@ -191,32 +191,45 @@ void OutputFile::close() {
   writer_.reset();
 }
 
-void writeFileAtomically(const std::string& path, const std::vector<std::uint8_t>& bytes,
-                         const FileKind& kind) {
+void writeFileAtomically(const std::string& path, const void* bytes, std::size_t size, const FileKind& kind) {
+  const char* const begin = static_cast<const char*>(bytes);
   FileWriter writer(path, kind);
   std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t written = ::write(writer.descriptor(), bytes.data() + done, bytes.size() - done);
+  while (done < size) {
+    const ssize_t written = ::write(writer.descriptor(), begin + done, size - done);
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) refusePath(path, std::strerror(errno));
     done += static_cast<std::size_t>(written);
   }
   writer.commit([&] {
     std::vector<std::uint8_t> block(std::size_t{1} << 16);
-    for (std::size_t at = 0; at <= bytes.size();) {
+    for (std::size_t at = 0; at <= size;) {
       const ssize_t got = ::pread(writer.descriptor(), block.data(), block.size(), static_cast<off_t>(at));
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) refusePath(path, std::string("reading it back: ") + std::strerror(errno));
       const auto n = static_cast<std::size_t>(got);
-      if (n == 0 && at == bytes.size()) return;
-      if (n == 0 || at + n > bytes.size() || std::memcmp(block.data(), bytes.data() + at, n) != 0) break;
+      if (n == 0 && at == size) return;
+      if (n == 0 || at + n > size || std::memcmp(block.data(), begin + at, n) != 0) break;
       at += n;
     }
     refusePath(path, "what was read back is not what was written");
   });
 }
 
+void writeFileAtomically(const std::string& path, const std::vector<std::uint8_t>& bytes,
+                         const FileKind& kind) {
+  writeFileAtomically(path, bytes.data(), bytes.size(), kind);
+}
+
 void requireWritable(const std::string& path, const FileKind& kind) { const FileWriter writer(path, kind); }
+
+std::string targetOf(const std::string& path) {
+  std::error_code error;
+  const std::string end = withoutLinks(path);
+  const fs::path target = fs::weakly_canonical(fs::absolute(end), error);
+  if (error) refusePath(path, error.message());
+  return target.string();
+}
 
 std::string pathInFolder(const std::string& what, const std::string& path, const std::string& folder) {
   const auto bad = [&](const std::string& wanted) {

@@ -1,11 +1,12 @@
 // From a compressed map to files of other programs.
 
-#include <array>
 #include <iostream>
-#include <utility>
+#include <string>
+#include <vector>
 
 #include "ttsdf_localization/exports/exports.h"
 #include "ttsdf_localization/exports/occupancy.h"
+#include "ttsdf_localization/files/file_writer.h"
 #include "ttsdf_localization/map/map_io.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/progress.h"
@@ -17,20 +18,33 @@ struct Arguments {
   double height = 0.0, resolution = 0.0, min_height = -1e9, max_height = 1e9;
 };
 
+/// The map counts as well: a link could lead to it.
 void refuseSameFiles(const Arguments& a) {
-  const std::array<std::pair<const char*, const std::string&>, 5> files = {{{"--surface", a.surface},
-                                                                            {"--cloud", a.cloud},
-                                                                            {"--vdb", a.vdb},
-                                                                            {"--octomap", a.octomap},
-                                                                            {"--slice", a.slice}}};
-  for (std::size_t n = 0; n < files.size(); ++n) {
-    for (std::size_t m = 0; m < n; ++m) {
-      if (!files[n].second.empty() && files[n].second == files[m].second) {
-        throw ttsdf::UsageError(std::string("got '") + files[n].second + "' for " + files[m].first + " and " +
-                                files[n].first + ", wanted a file of its own for each");
-      }
+  struct File {
+    const char* flag;
+    std::string path, target;
+  };
+  std::vector<File> files;
+  const auto add = [&files](const char* flag, const std::string& path) {
+    if (path.empty()) return;
+    const std::string target = ttsdf::targetOf(path);
+    for (const File& other : files) {
+      if (other.target != target) continue;
+      throw ttsdf::UsageError("got '" + other.path + "' for " + other.flag + " and '" + path + "' for " +
+                              flag + ", wanted a file of its own for each");
     }
-  }
+    files.push_back({flag, path, target});
+  };
+  add("MAP.ttsdf", a.map);
+  add("--surface", a.surface);
+  add("--cloud", a.cloud);
+  add("--vdb", a.vdb);
+  add("--octomap", a.octomap);
+  add("--slice", a.slice);
+  if (a.occupancy.empty()) return;
+  const ttsdf::OccupancyFiles occupancy = ttsdf::occupancyFiles(a.occupancy);
+  add("--occupancy", occupancy.image);
+  add("--occupancy", occupancy.yaml);
 }
 
 int run(int argc, char** argv) {

@@ -188,7 +188,52 @@ std::string rotatedBoxObj(double angle) {
   return out.str();
 }
 
-/// Walls without holes: no way of 6 neighbours leads from the free space outside to cells inside.
+/// Cells deeper inside the turned box than half their diagonal that a way of 6 neighbours over cells which
+/// are not occupied leads to, from a corner outside.
+int cellsReachedInside(const octomap::OcTree& tree, double angle) {
+  const Eigen::AngleAxisd back(-angle, Eigen::Vector3d::UnitZ());
+  const double deep = -0.5 * std::sqrt(3.0) * tree.getResolution();
+  const auto key = [&tree](int axis, double x) {
+    return static_cast<int>(tree.coordToKey(axis < 2 ? x : 0.6 * x));
+  };
+  Eigen::Array3i low, count;
+  for (int axis = 0; axis < 3; ++axis) {
+    low[axis] = key(axis, -1.5);
+    count[axis] = key(axis, 1.5) - low[axis] + 1;
+  }
+  std::vector<bool> seen(static_cast<std::size_t>(count.prod()));
+  std::vector<Eigen::Array3i> open;
+  int reached = 0;
+  const auto visit = [&](const Eigen::Array3i& at) {
+    if ((at < 0).any() || (at >= count).any()) return;
+    const auto n = static_cast<std::size_t>((at.z() * count.y() + at.y()) * count.x() + at.x());
+    if (seen[n]) return;
+    seen[n] = true;
+    octomap::OcTreeKey cell;
+    for (int axis = 0; axis < 3; ++axis)
+      cell[static_cast<unsigned>(axis)] = static_cast<octomap::key_type>(low[axis] + at[axis]);
+    const auto* node = tree.search(cell);
+    if (node && tree.isNodeOccupied(node)) return;
+    const octomap::point3d p = tree.keyToCoord(cell);
+    if (distance(back * Eigen::Vector3d(p.x(), p.y(), p.z())) < deep) ++reached;
+    open.push_back(at);
+  };
+  visit(Eigen::Array3i::Zero());
+  EXPECT_EQ(open.size(), 1u) << "the corner outside is occupied";
+  while (!open.empty()) {
+    const Eigen::Array3i at = open.back();
+    open.pop_back();
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        Eigen::Array3i next = at;
+        next[axis] += step;
+        visit(next);
+      }
+    }
+  }
+  return reached;
+}
+
 TEST_F(ExportTool, OctreesHaveNoHolesAtAnyResolution) {
   const double angle = 0.4;
   const std::string map = folder_ / "turned.ttsdf";
@@ -196,34 +241,29 @@ TEST_F(ExportTool, OctreesHaveNoHolesAtAnyResolution) {
                                        "--voxel-size", "0.05", "--truncation", "0.15", "--output", map})
                 .exit_code,
             0);
+  const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitZ());
   for (const double resolution : {0.02, 0.05, 0.07, 0.2}) {
     exported({map, "--octomap", folder_ / "t.bt", "--resolution", std::to_string(resolution)});
     octomap::OcTree tree(folder_ / "t.bt");
     EXPECT_NEAR(tree.getResolution(), resolution, 1e-6);
-    int missed = 0, asked = 0;
-    for (double a = -0.9; a <= 0.9; a += 0.013) {
-      for (double b = -0.45; b <= 0.45; b += 0.013) {
-        // A point of the face x = 1: its cell, or one beside it in its row.
-        bool found = false;
-        for (const double step : {0.0, -1.0, 1.0}) {
-          const Eigen::Vector3d p =
-              Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) * Eigen::Vector3d(1.0, 0.75 * a, b) +
-              Eigen::Vector3d(step * resolution, 0.0, 0.0);
-          const auto* node = tree.search(p.x(), p.y(), p.z());
-          found = found || (node && tree.isNodeOccupied(node));
-        }
-        ++asked;
-        missed += found ? 0 : 1;
-      }
-    }
-    EXPECT_EQ(missed, 0) << "of " << asked << " at " << resolution;
+    EXPECT_EQ(cellsReachedInside(tree, angle), 0) << resolution;
     for (auto leaf = tree.begin_leafs(), end = tree.end_leafs(); leaf != end; ++leaf) {
-      const Eigen::Vector3d p = Eigen::AngleAxisd(-angle, Eigen::Vector3d::UnitZ()) *
-                                Eigen::Vector3d(leaf.getX(), leaf.getY(), leaf.getZ());
+      const Eigen::Vector3d p = turn.inverse() * Eigen::Vector3d(leaf.getX(), leaf.getY(), leaf.getZ());
       if (tree.isNodeOccupied(*leaf)) {
         EXPECT_LT(std::abs(distance(p)), std::sqrt(3.0) * leaf.getSize());
       }
     }
+    // One way through the face x = 1 is found. Two cells wide: cells of a slanting line touch in corners
+    // only.
+    for (double x = 0.0; x < 1.3; x += 0.2 * resolution) {
+      const Eigen::Vector3d p = turn * Eigen::Vector3d(x, 0.1, 0.1);
+      for (const double beside : {0.0, resolution}) {
+        tree.setNodeValue(octomap::point3d(static_cast<float>(p.x() + beside), static_cast<float>(p.y()),
+                                           static_cast<float>(p.z())),
+                          -1.0F);
+      }
+    }
+    EXPECT_GT(cellsReachedInside(tree, angle), 0) << resolution;
   }
 }
 
@@ -294,15 +334,15 @@ TEST_F(ExportTool, OctreesOfOtherTypesAreReadOrNamed) {
 
 TEST_F(ExportTool, FilesAreWholeAndReplaceNothingElse) {
   const std::string map = build("box", Eigen::Vector3d::Zero());
-  const std::string before = fileText(map);
+  const std::string before = fileText(map), other = folder_.write("other.ttsdf", before);
   const std::string folder = folder_ / "f.ply";
   std::filesystem::create_directory(folder);
   const std::string pipe = folder_ / "p.ply";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  std::string wrong;
   for (const char* what : {"surface", "cloud", "vdb", "octomap", "slice"}) {
     const std::string flag = std::string("--") + what;
-    expectError(runProcess("ttsdf_export", {map, flag, map}), 1, {"ending '.ttsdf'", "wanted ."});
+    expectError(runProcess("ttsdf_export", {map, flag, map}), 2, {"MAP.ttsdf", flag});
+    expectError(runProcess("ttsdf_export", {map, flag, other}), 1, {"ending '.ttsdf'", "wanted ."});
     expectError(runProcess("ttsdf_export", {map, flag, folder_ / "no_ending"}), 1, {"wanted ."});
     for (const char* ending : {".ply", ".pcd", ".vdb", ".bt", ".csv"})
       EXPECT_NE(runProcess("ttsdf_export", {map, flag, (folder_ / "nowhere/x") + ending}).exit_code, 0);
@@ -310,11 +350,40 @@ TEST_F(ExportTool, FilesAreWholeAndReplaceNothingElse) {
   expectError(runProcess("ttsdf_export", {map, "--octomap", folder_ / "t.ot"}), 1, {".bt"});
   expectError(runProcess("ttsdf_export", {map, "--surface", folder}), 1, {"f.ply", "folder"});
   expectError(runProcess("ttsdf_export", {map, "--surface", pipe}), 1, {"p.ply", "pipe"});
-  expectError(runProcess("ttsdf_export", {map, "--surface", folder_ / "a.ply", "--cloud", folder_ / "a.ply"}),
-              2, {"--surface", "--cloud"});
   EXPECT_TRUE(fileText(map) == before);
+  EXPECT_TRUE(fileText(other) == before);
   exported({map, "--occupancy", folder_ / "a: b's #1"});
   EXPECT_NE(fileText(folder_ / "a: b's #1.yaml").find("image: 'a: b''s #1.pgm'"), std::string::npos);
+}
+
+TEST_F(ExportTool, TwoExportsToOneFileAreRefusedHoweverItIsSpelled) {
+  const std::string map = build("box", Eigen::Vector3d::Zero());
+  const std::string before = fileText(map);
+  std::filesystem::create_directory(folder_ / "sub");
+  std::filesystem::create_symlink(folder_ / "sub", folder_ / "link");
+  std::filesystem::create_symlink("sub/new.ply", folder_ / "dangling.ply");
+  std::filesystem::create_symlink("box.ttsdf", folder_ / "map.ply");
+  const auto refused = [&](std::vector<std::string> flags, const std::vector<std::string>& parts) {
+    flags.insert(flags.begin(), map);
+    expectError(runProcess("ttsdf_export", flags), 2, parts);
+  };
+  for (const char* other : {"a.ply", "./a.ply", "sub/../a.ply", "sub//..///a.ply"}) {
+    refused({"--surface", folder_ / "a.ply", "--cloud", folder_ / other},
+            {"--surface", "--cloud", "wanted a file of its own for each"});
+  }
+  refused({"--surface", folder_ / "sub/a.ply", "--cloud", folder_ / "link/a.ply"}, {"--surface", "--cloud"});
+  refused({"--surface", folder_ / "sub/new.ply", "--cloud", folder_ / "dangling.ply"},
+          {"--surface", "--cloud"});
+  for (const char* name : {"o", "o.pgm", "o.yaml", "./o"}) {
+    refused({"--slice", folder_ / "o.pgm", "--height", "0", "--occupancy", folder_ / name},
+            {"--slice", "--occupancy", "o.pgm"});
+  }
+  refused({"--surface", folder_ / "map.ply"}, {"MAP.ttsdf", "--surface", "map.ply"});
+  for (const char* name : {"a.ply", "o.pgm", "o.yaml", "sub/a.ply", "sub/new.ply"})
+    EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
+  EXPECT_TRUE(fileText(map) == before);
+  exported(
+      {map, "--surface", folder_ / "sub/o.ply", "--cloud", folder_ / "o.ply", "--occupancy", folder_ / "o"});
 }
 
 /// As map_server's image loader: the yaml's thresholds on (255 - grey) / 255, rows from the top.

@@ -51,6 +51,30 @@ std::string messageOf(const Action& action) {
   return {};
 }
 
+TEST_F(FileWriterTest, TakesBytesOfAnyContainerWhereTheyLie) {
+  const std::string given(100000, 'y');
+  writeFileAtomically(path("a"), given.data(), given.size());
+  EXPECT_EQ(text("a"), given);
+  writeFileAtomically(path("a"), nullptr, 0);
+  EXPECT_EQ(text("a"), "");
+}
+
+TEST_F(FileWriterTest, OneTargetHasOneName) {
+  fs::create_directory(folder_ / "sub");
+  put("old", "x");
+  fs::create_symlink("sub", path("link"));
+  fs::create_symlink("old", path("to_old"));
+  fs::create_symlink("sub/new", path("dangling"));
+  fs::create_symlink("circle", path("circle"));
+  const std::string home = fs::canonical(folder_).string();
+  for (const char* name : {"old", "./old", "sub/../old", "nowhere/../old", "to_old", "link/../old"})
+    EXPECT_EQ(targetOf(path(name)), home + "/old") << name;
+  for (const char* name : {"sub/new", "link/new", "dangling", "sub//new"})
+    EXPECT_EQ(targetOf(path(name)), home + "/sub/new") << name;
+  EXPECT_EQ(targetOf("new"), (fs::current_path() / "new").string());
+  EXPECT_NE(messageOf([&] { targetOf(path("circle")); }).find("circle"), std::string::npos);
+}
+
 TEST_F(FileWriterTest, WritesAndReplacesAndLeavesNothingElse) {
   writeFileAtomically(path("a"), kNew);
   EXPECT_EQ(text("a"), "DEAR!");

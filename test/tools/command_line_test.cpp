@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -200,6 +201,45 @@ TEST(RunTool, TurnsErrorsIntoExitCodes) {
   EXPECT_EQ(runTool("t", [] { return 0; }), 0);
   EXPECT_EQ(runTool("t", []() -> int { throw UsageError("x"); }), 2);
   EXPECT_EQ(runTool("t", []() -> int { throw std::runtime_error("x"); }), 1);
+}
+
+TEST(Printable, LeavesTextsAndTakesWhatATerminalObeys) {
+  const std::string text = "Küche\t\"\u20ac\" \U0001F916 ~";
+  EXPECT_EQ(printable(text), text);
+  EXPECT_EQ(printable("a\x1b[31mb\x07\x7f"), "a?[31mb??");
+  EXPECT_EQ(printable("a\xc2\x9b"
+                      "31m\xc2\x85\xc2\xa0."),
+            "a?31m?\xc2\xa0.")
+      << "C1 in UTF-8, and a space";
+  EXPECT_EQ(printable("\x9b"
+                      "31m\xff.\xc3"),
+            "?31m?.?")
+      << "bytes that are no UTF-8";
+  EXPECT_EQ(printable("\xe2\xc2\x9b"
+                      "1\xe0\x82\x9b"),
+            "??1???")
+      << "nor is what is cut off, or too long";
+  EXPECT_EQ(printable("\xed\xa0\x80\xf4\x90\x80\x80"), "???????") << "surrogates, beyond the last character";
+  EXPECT_EQ(printable(std::string("a\0b", 3)), "a?b");
+  EXPECT_EQ(printable("one\ntwo\r\nthree"), "one two? three") << "a text is one line";
+}
+
+TEST(RunTool, TextsOfFilesForgeNoLines) {
+  const auto said = [](const std::string& text, bool usage) {
+    testing::internal::CaptureStderr();
+    runTool("t", [&]() -> int {
+      if (usage) throw UsageError(text);
+      throw std::runtime_error(text);
+    });
+    return testing::internal::GetCapturedStderr();
+  };
+  for (const bool usage : {false, true}) {
+    const std::string error =
+        said("frame 'x'\nt: error: the disk is broken\r\n\xe2\x80\xa8' is unknown", usage);
+    EXPECT_EQ(std::count(error.begin(), error.end(), '\n'), 1) << error;
+    EXPECT_EQ(error.find('\r'), std::string::npos);
+    EXPECT_EQ(error.find("\xe2\x80\xa8"), std::string::npos) << "Unicode's own end of a line";
+  }
 }
 
 TEST(ParseNumbers, ReadsListsAndRefusesOthers) {

@@ -30,7 +30,13 @@ struct OccupancyImage {
 /// resolution that is not positive or that makes more than 10^8 cells.
 OccupancyImage occupancyOf(const TtSdfMap& map, const OccupancyOptions& options);
 
-/// NAME.pgm and NAME.yaml, as map_server reads them. Throws std::runtime_error.
+struct OccupancyFiles {
+  std::string image, yaml;
+};
+/// NAME.pgm and NAME.yaml; `name` may be either of them.
+OccupancyFiles occupancyFiles(const std::string& name);
+
+/// The files of occupancyFiles(), as map_server reads them. Throws std::runtime_error.
 void writeOccupancy(const OccupancyImage& image, const std::string& name);
 
 }  // namespace ttsdf

@@ -7,6 +7,7 @@
 // replaced). A device, a pipe, a socket or a folder is refused, and so is a file that holds something else
 // than what is saved. Owner and mode of a replaced file are kept, as far as the system lets.
 
+#include <cstddef>
 #include <cstdint>
 #include <fstream>
 #include <functional>
@@ -65,13 +66,19 @@ class OutputFile {
   std::ofstream stream_;
 };
 
-/// Throws std::runtime_error naming the path; the old file stays.
+/// Throws std::runtime_error naming the path; the old file stays. The bytes are not copied.
+void writeFileAtomically(const std::string& path, const void* bytes, std::size_t size,
+                         const FileKind& kind = {});
 void writeFileAtomically(const std::string& path, const std::vector<std::uint8_t>& bytes,
                          const FileKind& kind = {});
 
 /// Throws std::runtime_error unless writeFileAtomically could begin: asked before hours of work, not after
 /// them.
 void requireWritable(const std::string& path, const FileKind& kind = {});
+
+/// The file that a writer of `path` makes or replaces, whatever way it is spelled: absolute, links followed
+/// (those to nothing, too), without `.` and `..`. Throws std::runtime_error naming the path.
+std::string targetOf(const std::string& path);
 
 /// The file that `path` names, links followed, if it lies in `folder` (links followed, too); an empty folder:
 /// anywhere. Throws std::invalid_argument for a path that is not absolute, has a `..` or leads out. `what` is

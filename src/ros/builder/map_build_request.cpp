@@ -1,7 +1,5 @@
 #include "ros/builder/map_build_request.h"
 
-#include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -10,6 +8,7 @@
 
 #include "ttsdf_localization/fusion/tsdf_volume.h"
 #include "ttsdf_localization/mesh/mesh_sampling.h"
+#include "ttsdf_localization/readers/file_bytes.h"
 
 namespace ttsdf {
 
@@ -21,14 +20,6 @@ void setFromPair(const std::string& pair, BuildOptions& options) {
     throw std::invalid_argument("options: got '" + pair + "', wanted name=value");
   }
   buildOptionTable().setFromText(options, pair.substr(0, equals), pair.substr(equals + 1));
-}
-
-std::string lowerEnding(const std::string& path) {
-  const auto dot = path.rfind('.');
-  std::string ending = dot == std::string::npos ? "" : path.substr(dot);
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
 }
 
 template <class Sampler>

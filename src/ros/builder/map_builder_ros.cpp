@@ -1,17 +1,10 @@
 #include "ros/builder/map_builder_ros.h"
 
-#include <visualization_msgs/Marker.h>
-
-#include <algorithm>
-#include <cstdio>
-#include <filesystem>
 #include <stdexcept>
 #include <utility>
 
 #include "ros/builder/map_build_request.h"
-#include "ros/operator/map_visualization.h"
 #include "ttsdf_localization/map/map_io.h"
-#include "ttsdf_localization/surface/surface_mesh.h"
 
 namespace ttsdf {
 
@@ -27,33 +20,37 @@ MapBuilderRos::MapBuilderRos(ros::NodeHandle nh, ros::NodeHandle private_nh)
       private_nh_(private_nh),
       service_nh_(nh),
       private_service_nh_(private_nh),
+      silence_(options_.quiet_seconds, options_.global_frame_id),
+      checkpoint_(options_.checkpoint_file, options_.fusion),
       diagnostics_(nh, private_nh, private_nh.getNamespace()) {
   service_nh_.setCallbackQueue(&service_queue_);
   private_service_nh_.setCallbackQueue(&service_queue_);
   advertise();
   if (!options_.map_file.empty()) use(readFile(options_.map_file));
 
-  fuser_ = std::make_unique<ScanFuser>(options_.fusion, options_.queue, volumeBefore());
+  fuser_ = std::make_unique<ScanFuser>(options_.fusion, options_.queue, checkpoint_.read());
   source_ = std::make_unique<PosedCloudSource>(
       nh_, options_.global_frame_id, options_.selection, options_.queue.queue_size,
       [this](const sensor_msgs::PointCloud2ConstPtr& cloud, const Eigen::Isometry3d& T_map_sensor) {
         fuser_->push(cloud, T_map_sensor);
       });
   if (options_.surface_period > 0.0) {
-    surface_timer_ =
-        service_nh_.createWallTimer(ros::WallDuration(options_.surface_period),
-                                    [this](const ros::WallTimerEvent&) { publishFusedSurface(); });
+    surface_timer_ = service_nh_.createWallTimer(ros::WallDuration(options_.surface_period),
+                                                 [this](const ros::WallTimerEvent&) {
+                                                   // The surface of a map that is being built comes soon.
+                                                   if (!building_) views_->showFused(*fuser_);
+                                                 });
   }
-  if (!options_.checkpoint_file.empty()) {
+  if (checkpoint_.kept()) {
     checkpoint_timer_ =
         service_nh_.createWallTimer(ros::WallDuration(options_.checkpoint_period),
-                                    [this](const ros::WallTimerEvent&) { writeCheckpoint(); });
+                                    [this](const ros::WallTimerEvent&) { checkpoint_.write(*fuser_); });
   }
   diagnostics_.setHardwareID("none");
   diagnostics_.add("map builder", this, &MapBuilderRos::diagnose);
   diagnostics_timer_ = nh_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
     diagnostics_.force_update();
-    warnWhenQuiet();
+    silence_.warn(*source_);
   });
   progress_timer_ = service_nh_.createWallTimer(ros::WallDuration(kProgressPeriod),
                                                 [this](const ros::WallTimerEvent&) { publishProgress(); });
@@ -70,26 +67,20 @@ MapBuilderRos::~MapBuilderRos() {
   for (auto& service : services_) service.shutdown();
   service_spinner_.reset();
   source_.reset();  // before the fuser, to which it hands clouds
-  writeCheckpoint();
+  checkpoint_.write(*fuser_);
 }
 
 void MapBuilderRos::advertise() {
-  // Both are costly for a large map, so they are made when somebody wants to see them.
-  const auto show_surface = [this](const ros::SingleSubscriberPublisher&) { publishMapSurface(); };
-  const auto show_slice = [this](const ros::SingleSubscriberPublisher&) { publishSlice(); };
-  surface_ =
-      private_service_nh_.advertise<visualization_msgs::Marker>("surface", 1, show_surface, {}, {}, true);
-  slice_ = private_service_nh_.advertise<sensor_msgs::PointCloud2>("slice", 1, show_slice);
   progress_ = private_nh_.advertise<ttsdf_localization::BuildProgress>("progress", 1, true);
   map_ = std::make_unique<MapPublisher>(service_nh_);
+  views_ = std::make_unique<MapViews>(private_service_nh_, options_, *map_);
   services_ = {private_service_nh_.advertiseService("build_map", &MapBuilderRos::buildMap, this),
                private_service_nh_.advertiseService("save_map", &MapBuilderRos::saveMap, this),
                private_service_nh_.advertiseService("load_map", &MapBuilderRos::loadMap, this),
                private_service_nh_.advertiseService("reset", &MapBuilderRos::reset, this)};
 }
 
-// ---- services
-// --------------------------------------------------------------------------------------------------------
+// ---- services ----
 
 bool MapBuilderRos::buildMap(ttsdf_localization::BuildMap::Request& request,
                              ttsdf_localization::BuildMap::Response& response) {
@@ -211,11 +202,7 @@ bool MapBuilderRos::reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Tri
   cancel_ = true;  // a running build holds the volume
   fuser_->reset();
   source_->reset();
-  if (!options_.checkpoint_file.empty()) {
-    const std::lock_guard<std::mutex> lock(checkpoint_mutex_);
-    std::remove(options_.checkpoint_file.c_str());
-    kept_scans_ = 0;
-  }
+  checkpoint_.forget();
   response.success = true;
   response.message = "fused scans and counts are forgotten; the current map stays";
   ROS_INFO_STREAM("Reset: " << response.message);
@@ -225,98 +212,14 @@ bool MapBuilderRos::reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Tri
 
 void MapBuilderRos::use(std::vector<std::uint8_t> bytes) {
   map_->set(std::move(bytes));
-  publishMapSurface();
-  publishSlice();
+  views_->showMap();
 }
 
 std::string MapBuilderRos::allowedPath(const std::string& field, const std::string& path) const {
   return pathInFolder(field, path, options_.map_folder);
 }
 
-// ---- the fused volume outlives the node
-// -------------------------------------------------------------------------------
-
-std::optional<TsdfVolume> MapBuilderRos::volumeBefore() const {
-  const std::string& file = options_.checkpoint_file;
-  if (file.empty()) return std::nullopt;
-  requireWritable(pathInFolder("checkpoint_file", file, ""), kVdbFile);
-  if (!std::filesystem::exists(file)) return std::nullopt;
-  TsdfVolume volume = TsdfVolume::fromVdbFile(file, options_.fusion);
-  if (volume.options().voxel_size != options_.fusion.voxel_size) {
-    throw std::runtime_error("checkpoint_file '" + file + "': got voxels of " +
-                             std::to_string(volume.options().voxel_size) + " m, wanted fusion/voxel_size " +
-                             std::to_string(options_.fusion.voxel_size) +
-                             "; remove the file, or set that size");
-  }
-  ROS_INFO_STREAM("Going on with " << volume.frameCount() << " scans fused before, of " << file);
-  return volume;
-}
-
-void MapBuilderRos::writeCheckpoint() {
-  if (options_.checkpoint_file.empty() || !fuser_) return;
-  const std::lock_guard<std::mutex> lock(checkpoint_mutex_);
-  const std::uint32_t fused = fuser_->counts().fused;
-  if (fused == kept_scans_) return;
-  try {
-    fuser_->withVolume([&](const TsdfVolume& volume) { volume.saveVdb(options_.checkpoint_file); });
-    kept_scans_ = fused;
-    checkpoint_problem_.clear();
-  } catch (const std::exception& error) {
-    checkpoint_problem_ = error.what();
-    ROS_ERROR_STREAM_THROTTLE(60.0, "No checkpoint: " << error.what());
-  }
-}
-
-// ---- outputs
-// ---------------------------------------------------------------------------------------------------------
-
-void MapBuilderRos::publishMapSurface() {
-  if (surface_.getNumSubscribers() == 0) return;
-  const std::lock_guard<std::mutex> lock(surface_mutex_);
-  const auto held = map_->held();
-  if (!held || held->message.map_id == shown_map_id_) return;
-  try {
-    requireShowable(*held->map);
-    surface_.publish(surfaceMarker(extractSurface(*held->map), options_.surface_triangles,
-                                   held->map->frame_id, ros::Time::now()));
-    shown_map_id_ = held->message.map_id;
-  } catch (const std::exception& error) {
-    ROS_WARN_STREAM("No surface of map " << held->message.map_id << ": " << error.what());
-  }
-}
-
-void MapBuilderRos::publishFusedSurface() {
-  if (surface_.getNumSubscribers() == 0) return;
-  const std::uint32_t fused = fuser_->counts().fused;
-  if (building_) return;  // the surface of the map that is being built comes soon
-  const std::lock_guard<std::mutex> lock(surface_mutex_);
-  if (fused == shown_scans_) return;
-  try {
-    SurfaceMesh mesh;
-    fuser_->withVolume([&](const TsdfVolume& volume) { mesh = extractSurface(volume); });
-    surface_.publish(
-        surfaceMarker(mesh, options_.surface_triangles, options_.global_frame_id, ros::Time::now()));
-    shown_scans_ = fused;
-    shown_map_id_.clear();
-  } catch (const std::exception& error) {
-    ROS_WARN_STREAM_THROTTLE(10.0, "No surface of the fused scans: " << error.what());
-  }
-}
-
-void MapBuilderRos::publishSlice() {
-  if (slice_.getNumSubscribers() == 0 || !map_) return;
-  const auto held = map_->held();
-  if (!held) return;
-  try {
-    const auto field = makeField(*held->map);
-    const double range =
-        held->map->clamp_positive > 0.0 ? held->map->clamp_positive : 10.0 * held->map->geometry.voxel_size;
-    slice_.publish(sliceCloud(*field, options_.slice_height, held->map->geometry.voxel_size, range,
-                              held->map->frame_id, ros::Time::now()));
-  } catch (const std::exception& error) {
-    ROS_WARN_STREAM("No slice: " << error.what());
-  }
-}
+// ---- outputs ----
 
 void MapBuilderRos::reportStep(const std::string& step, double share) {
   bool changed = false;
@@ -360,11 +263,8 @@ void MapBuilderRos::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   if (!input.last_transform_error.empty()) status.mergeSummary(Level::WARN, input.last_transform_error);
   if (fusion.dropped > 0)
     status.mergeSummaryf(Level::WARN, "%u clouds dropped: fusion is slower than they come", fusion.dropped);
-  {
-    const std::unique_lock<std::mutex> lock(checkpoint_mutex_, std::try_to_lock);
-    if (lock && !checkpoint_problem_.empty())
-      status.mergeSummary(Level::ERROR, "no checkpoint: " + checkpoint_problem_);
-  }
+  const std::string problem = checkpoint_.problem();
+  if (!problem.empty()) status.mergeSummary(Level::ERROR, "no checkpoint: " + problem);
   if (fusion.refused > 0) status.mergeSummary(Level::WARN, "last refused cloud: " + fusion.last_error);
   status.add("clouds received", input.received);
   status.add("clouds not selected", input.skipped);
@@ -375,25 +275,6 @@ void MapBuilderRos::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   status.add("clouds fused", fusion.fused);
   status.addf("volume memory [MB]", "%.1f", 1e-6 * static_cast<double>(fusion.volume_bytes));
   status.add("map id", held ? held->message.map_id : "none");
-}
-
-void MapBuilderRos::warnWhenQuiet() {
-  const auto input = source_->counts();
-  const auto age = [this](const ros::WallTime& time) {
-    return (ros::WallTime::now() - std::max(time, start_)).toSec();
-  };
-  std::string warning;
-  if (age(input.last_received) > options_.quiet_seconds) {
-    warning = "no cloud on " + source_->topic();
-  } else if (age(input.last_transformed) > options_.quiet_seconds) {
-    warning = "clouds come in, but there is no transform from '" + input.sensor_frame_id + "' to '" +
-              options_.global_frame_id + "' at their stamps";
-  }
-  // Once per silence: a bag that ended is no reason to go on about it.
-  if (!warning.empty() && warning != last_warning_) {
-    ROS_WARN_STREAM("Since " << options_.quiet_seconds << " s: " << warning);
-  }
-  last_warning_ = warning;
 }
 
 ros::Publisher publishBuilderRefusal(ros::NodeHandle private_nh, const std::string& message) {

@@ -11,13 +11,15 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 
+#include "ros/builder/fusion_checkpoint.h"
 #include "ros/builder/map_build_request.h"
 #include "ros/builder/map_builder_options.h"
+#include "ros/builder/map_views.h"
 #include "ros/builder/posed_cloud_source.h"
 #include "ros/builder/scan_fuser.h"
+#include "ros/builder/silence_warning.h"
 #include "ros/server/map_publisher.h"
 #include "ttsdf_localization/BuildMap.h"
 #include "ttsdf_localization/BuildProgress.h"
@@ -50,19 +52,13 @@ class MapBuilderRos {
   BuiltMap compressed(SampledSource source, const BuildOptions& options, const BuildProgress& progress);
   void use(std::vector<std::uint8_t> bytes);
   std::string allowedPath(const std::string& field, const std::string& path) const;
-  std::optional<TsdfVolume> volumeBefore() const;
-  void writeCheckpoint();
 
   bool cancelled() const { return cancel_ || stopping_ || !ros::ok(); }
 
   void advertise();
-  void publishMapSurface();
-  void publishFusedSurface();
-  void publishSlice();
   void publishProgress();
   void reportStep(const std::string& step, double share);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
-  void warnWhenQuiet();
 
   const MapBuilderRosOptions options_;
   ros::NodeHandle nh_, private_nh_;
@@ -79,20 +75,15 @@ class MapBuilderRos {
   ttsdf_localization::BuildProgress last_progress_;  ///< as published
 
   std::unique_ptr<MapPublisher> map_;
-  ros::Publisher surface_, slice_, progress_;
-  std::mutex surface_mutex_;
-  std::string shown_map_id_;       ///< map whose surface was published last
-  std::uint32_t shown_scans_ = 0;  ///< fused scans in the surface published last
-  const ros::WallTime start_ = ros::WallTime::now();
-  std::string last_warning_;
+  std::unique_ptr<MapViews> views_;
+  ros::Publisher progress_;
+  SilenceWarning silence_;
   std::vector<ros::ServiceServer> services_;
+  FusionCheckpoint checkpoint_;
   std::unique_ptr<ScanFuser> fuser_;
   std::unique_ptr<PosedCloudSource> source_;
   diagnostic_updater::Updater diagnostics_;
   ros::WallTimer surface_timer_, progress_timer_, diagnostics_timer_, checkpoint_timer_;
-  std::mutex checkpoint_mutex_;
-  std::uint32_t kept_scans_ = 0;    ///< fused scans in the checkpoint
-  std::string checkpoint_problem_;  ///< why the last one was not written
   std::unique_ptr<ros::AsyncSpinner> service_spinner_;
 };
 

@@ -125,7 +125,7 @@ TaskFolder::TaskFolder(const std::string& atlas_folder)
     : folder_(atlas_folder), tasks_((fs::path(atlas_folder) / kFolder).string()) {}
 
 void TaskFolder::writeText(const std::string& path, const std::string& text) const {
-  writeFileAtomically(path, {text.begin(), text.end()});
+  writeFileAtomically(path, text.data(), text.size());
 }
 
 void TaskFolder::writeSettings(const TaskSettings& settings) const {

@@ -5,7 +5,6 @@
 
 #include <memory>
 #include <stdexcept>
-#include <vector>
 
 #include "ttsdf_localization/files/file_writer.h"
 
@@ -30,7 +29,7 @@ std::string toText(const Json::Value& value) {
 
 void writeJson(const std::string& path, const Json::Value& value) {
   const std::string text = toText(value);
-  writeFileAtomically(path, std::vector<std::uint8_t>(text.begin(), text.end()));
+  writeFileAtomically(path, text.data(), text.size());
 }
 
 }  // namespace ttsdf
