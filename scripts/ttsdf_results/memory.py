@@ -3,7 +3,7 @@
 usage: scripts/results memory --map MAP.ttsdf --scans LIST [--against FOLDER [--against-map MAP.ttsdf]] [--rounds N]
                               [--place NAME MAP.ttsdf LIST]... [--hostile FOLDER] [--page FOLDER]
 
-  --map MAP.ttsdf, --scans LIST  a room and scans as scripts/frames_to_batch makes them: the table of bounds, the node
+  --map MAP.ttsdf, --scans LIST  a room and scans as scripts/frames_to_batch makes them: the table of bounds
   --against FOLDER               programs of another build for that table, --against-map its map (see scripts/memory_table)
   --rounds N                     of that table (default 3)
   --place NAME MAP.ttsdf LIST    another map at some bounds, and its scans with priors
@@ -11,7 +11,7 @@ usage: scripts/results memory --map MAP.ttsdf --scans LIST [--against FOLDER [--
   --hostile FOLDER               files that are broken on purpose: what the tools say of them, in what time and memory
   --page FOLDER                  where memory.md goes (default: BUILD/evaluation/page)
 
-The node's part needs a build with ROS; it has a master of its own. Where maps and scans of a page may come from:
+The node is a page of its own (scripts/results node). Where maps and scans of a page may come from:
 
   objects    ttsdf_simulate --mesh FILE --size 1 --views 25 --sensor kinect --output DIR
              ttsdf_build --mesh DIR/mesh.ply --voxel-size 0.01 --truncation 0.03 --output MAP.ttsdf
@@ -26,16 +26,13 @@ import json
 import os
 import pathlib
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 import time
-import xmlrpc.client
 
 from . import facts
 from .evaluate import parts_failed
-from .ros import Ros
 from .store import ROOT, StepError, tools_folder
 from .text import markdown, percent
 
@@ -143,62 +140,6 @@ def places_section(a, tools, folder):
     return text, figures
 
 
-def resident(pid):
-    """(resident, of which not of files, largest resident so far) [MB] of a process."""
-    fields = dict(line.split(":", 1) for line in pathlib.Path(f"/proc/{pid}/status").read_text().splitlines() if ":" in line)
-    return tuple(int(fields[key].split()[0]) * 1024 / 1e6 for key in ("VmRSS", "RssAnon", "VmHWM"))
-
-
-def settled(pid, seconds=3.0):
-    """Memory of a process once it has not changed for so long."""
-    last, since = resident(pid), time.monotonic()
-    while time.monotonic() - since < seconds:
-        time.sleep(0.2)
-        now = resident(pid)
-        if abs(now[0] - last[0]) > 0.05:
-            last, since = now, time.monotonic()
-    return last
-
-
-def wait_for(what, known, seconds=60.0):
-    end = time.monotonic() + seconds
-    while True:
-        try:
-            if known():
-                return
-        except OSError:
-            pass
-        if time.monotonic() > end:
-            raise StepError(f"got no {what} after {seconds:.0f} s")
-        time.sleep(0.2)
-
-
-def node_section(a, build, tools):
-    ros, rows, figures = Ros(build), [], {}
-    master = subprocess.Popen(["roscore", "-p", str(ros.port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                              env=ros.environment, start_new_session=True)
-    api = xmlrpc.client.ServerProxy(ros.environment["ROS_MASTER_URI"])
-    try:
-        wait_for("ROS master", lambda: api.getPid("/results")[0] == 1)
-        for name, words in (("without a map", []), ("with the room's map", [f"_map_file:={os.path.abspath(a.map)}"])):
-            node = subprocess.Popen([str(tools / "localization_node"), "__name:=localization", *words],
-                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=ros.environment)
-            wait_for("localization_node", lambda: api.lookupNode("/results", "/localization")[0] == 1)
-            figures[name] = settled(node.pid)
-            if node.poll() is not None:
-                raise StepError("localization_node ended by itself")
-            node.send_signal(signal.SIGINT)
-            node.wait(timeout=10)
-            rows.append([name, *(f"{value:.1f}" for value in figures[name])])
-    finally:
-        os.killpg(master.pid, signal.SIGINT)
-        master.wait(timeout=20)
-        ros.home.cleanup()
-    return ("## The node\n\n`localization_node`, resident memory once it does not change any more. What is from files is code of "
-            "ROS and of libraries, shared with the other nodes of a machine.\n\n" +
-            markdown(["node", "resident [MB]", "of which not from files [MB]", "largest, while loading [MB]"], rows)), figures
-
-
 def one_scan(file, scans):
     """The first line of a list as a list of its own."""
     line = next(line.split() for line in pathlib.Path(scans).read_text().splitlines() if line.strip())
@@ -304,15 +245,12 @@ def main(arguments):
         if a.place:
             text, figures["places"] = places_section(a, tools, folder)
             parts.append(text)
-        if (tools / "localization_node").exists():
-            text, figures["node"] = node_section(a, build, tools)
-            parts.append(text)
         if a.hostile:
             text, figures["hostile"] = hostile_section(a, tools, folder)
             parts.append(text)
     shown = " ".join(os.path.relpath(word, pathlib.Path(word).parent.parent) if os.path.exists(word) else
                      f"'{word}'" if " " in word else word for word in arguments)
-    run_facts = facts.of_run("scripts/results memory " + shown, ("register", "localize"))
+    run_facts = facts.of_run("scripts/results memory " + shown, ("register",))
     print("\n\n".join(parts), file=sys.stderr)
     print(facts.write(a.page or build / "evaluation" / "page", "memory",
                       "\n\n".join(["# Maps in memory", facts.sentence(run_facts), *parts]), run_facts, figures))

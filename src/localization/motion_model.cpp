@@ -45,17 +45,10 @@ Matrix6d MotionModel::velocityNoise(double seconds) const {
   return isotropicCovariance(rotation, translation);
 }
 
-MotionModel::Unsteadiness MotionModel::unsteadinessAt(double stamp) const {
-  const double kept = std::exp(-std::max(0.0, stamp - unsteadiness_.stamp) / kCalmSeconds);
-  return {stamp, 1.0 + (unsteadiness_.rotation - 1.0) * kept, 1.0 + (unsteadiness_.translation - 1.0) * kept};
-}
-
 Matrix6d MotionModel::guessNoise(double stamp) const {
-  // As unsteady as the camera was when it was last measured: what it does since nobody sees.
-  const Unsteadiness unsteadiness = unsteadinessAt(last_->measured);
   Matrix6d noise = velocityNoise(stamp - last_->measured);
-  noise.topLeftCorner<3, 3>() *= unsteadiness.rotation;
-  noise.bottomRightCorner<3, 3>() *= unsteadiness.translation;
+  noise.topLeftCorner<3, 3>() *= unsteadiness_.rotation;
+  noise.bottomRightCorner<3, 3>() *= unsteadiness_.translation;
   return noise;
 }
 
@@ -67,9 +60,12 @@ void MotionModel::learnUnsteadiness(double stamp, const Eigen::Isometry3d& T_map
   const Eigen::Isometry3d guess = last_->T_map_base * expSe3(seconds * twist_);
   const Eigen::Vector3d turned = logSo3(T_map_base.linear() * guess.linear().transpose());
   const Eigen::Vector3d moved = T_map_base.translation() - guess.translation();
-  const Unsteadiness kept = unsteadinessAt(stamp);
-  unsteadiness_ = {stamp, unsteadinessOf(turned, expected.topLeftCorner<3, 3>(), kept.rotation),
-                   unsteadinessOf(moved, expected.bottomRightCorner<3, 3>(), kept.translation)};
+  // By the step, not by the clock: while nothing is measured nobody sees the camera calm down.
+  const double kept = std::exp(-seconds / kCalmSeconds);
+  const auto faded = [&](double before) { return 1.0 + (before - 1.0) * kept; };
+  unsteadiness_ = {
+      unsteadinessOf(turned, expected.topLeftCorner<3, 3>(), faded(unsteadiness_.rotation)),
+      unsteadinessOf(moved, expected.bottomRightCorner<3, 3>(), faded(unsteadiness_.translation))};
 }
 
 bool MotionModel::hasOdometry(const LocalizerScan& scan) const {

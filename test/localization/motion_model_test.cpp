@@ -111,14 +111,6 @@ TEST(MotionModel, ForgetsUnsteadyMotion) {
   EXPECT_NEAR(std::sqrt(model.predict(scanAt(20.3))->covariance(3, 3)), 0.05, 0.0005);
 }
 
-// Lost for a minute, then found elsewhere.
-TEST(MotionModel, ForgetsUnsteadyMotionWhileNothingIsSeen) {
-  MotionModel model = afterAJolt();
-  model.stop();
-  model.setPose(scanAt(60.0), Eigen::Isometry3d::Identity(), Matrix6d::Zero());
-  EXPECT_NEAR(std::sqrt(model.predict(scanAt(60.1))->covariance(3, 3)), 0.05, 0.0005);
-}
-
 // A search puts the pose right by 5 m: no camera moves like that.
 TEST(MotionModel, ExpectsNoMotionAsLargeAsACorrection) {
   MotionModel model = afterAJolt();

@@ -71,10 +71,8 @@ class MotionModel {
   /// Variances of the guessed motion against those of the options, at least 1: a hand shakes more than a
   /// robot.
   struct Unsteadiness {
-    double stamp = 0.0;  ///< when it was seen
     double rotation = 1.0, translation = 1.0;
   };
-  Unsteadiness unsteadinessAt(double stamp) const;
   /// Of the motion since the last measured pose.
   Matrix6d guessNoise(double stamp) const;
   void learnUnsteadiness(double stamp, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);
