@@ -126,7 +126,7 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   const RegistrationResult& result = update.registration;
   fillPose(scan, {result.T_map_sensor, result.covariance}, update);
   const Refusal guessed = checkMeasured(scan, result);
-  motion_.correct(scan, update.T_map_base, update.covariance, measures(scan, result));
+  motion_.correct(scan, update.T_map_base, update.covariance, result.degenerate_directions == 0);
   refused_in_row_ = 0;
   if (guessed) return followGuess(scan, guessed, update);
   const bool measured = motion_.guessedSigma(scan) == 0.0;  // by the scan or by the odometry
@@ -139,15 +139,9 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   return markValid(scan, update);
 }
 
-bool Localizer::measures(const LocalizerScan& scan, const RegistrationResult& result) const {
-  if (result.degenerate_directions == 0) return true;
-  const double most = options_.gates.max_guessed_translation;
-  return kSure * motion_.guessedSigma(scan) > most && kSure * largestSigma(result.covariance) <= most;
-}
-
 Refusal Localizer::checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const {
   const double sigma = motion_.guessedSigma(scan);
-  if (kSure * sigma <= options_.gates.max_guessed_translation || measures(scan, result)) return {};
+  if (result.degenerate_directions == 0 || kSure * sigma <= options_.gates.max_guessed_translation) return {};
   char text[192];
   std::snprintf(
       text, sizeof(text),

@@ -138,8 +138,6 @@ class Localizer {
   /// Whether the motion explains this pose, or the scan fits well enough without that.
   Refusal checkPlausible(const LocalizerScan& scan, const Prediction& prior,
                          const RegistrationResult& result) const;
-  /// Whether the scan fixes the position, or bounds it where a guess would no longer do.
-  bool measures(const LocalizerScan& scan, const RegistrationResult& result) const;
   /// Whether something measured the pose in all directions; without odometry a guess is good for a moment.
   Refusal checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const;
   /// The first scan that fixes the pose after motion was guessed for long: another place may fit as well.
