@@ -204,8 +204,9 @@ TEST(RunTool, TurnsErrorsIntoExitCodes) {
 }
 
 TEST(Printable, LeavesTextsAndTakesWhatATerminalObeys) {
-  const std::string text = "Küche\t\"\u20ac\" \U0001F916 ~";
+  const std::string text = "Küche \"\u20ac\" \U0001F916 ~";
   EXPECT_EQ(printable(text), text);
+  EXPECT_EQ(printable("a\tb\nc"), "a b c");
   EXPECT_EQ(printable("a\x1b[31mb\x07\x7f"), "a?[31mb??");
   EXPECT_EQ(printable("a\xc2\x9b"
                       "31m\xc2\x85\xc2\xa0."),

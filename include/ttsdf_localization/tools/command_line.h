@@ -72,8 +72,8 @@ class CommandLine {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Texts of files on a terminal, as one line of UTF-8: line feeds become blanks, what else the terminal would
-/// obey and bytes that are no UTF-8 become '?'.
+/// Texts of files on a terminal, as one line of UTF-8: line feeds and tabs become blanks, what else the
+/// terminal would obey and bytes that are no UTF-8 become '?'.
 std::string printable(const std::string& text);
 
 /// Runs a tool's body; errors become one line on stderr and an exit code: UsageError 2, any other

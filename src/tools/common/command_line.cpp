@@ -319,7 +319,7 @@ std::string printable(const std::string& text) {
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t size = characterSize(text, at);
     const std::string character = text.substr(at, std::max<std::size_t>(size, 1));
-    if (character == "\n") {
+    if (character == "\n" || character == "\t") {
       result += ' ';
     } else {
       result += size == 0 || isObeyed(character) ? "?" : character;
