@@ -5,9 +5,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "../support/room.h"
-#include "ttsdf_localization/localization/localizer.h"
-#include "ttsdf_localization/localization/pose_covariance.h"
+#include "../support/walk.h"
 
 namespace ttsdf {
 namespace {
@@ -28,16 +26,9 @@ void PrintTo(const Motion& m, std::ostream* out) { *out << m.rate << " Hz, " << 
 class HandheldMotion : public ::testing::TestWithParam<Motion> {};
 
 TEST_P(HandheldMotion, NoPosePublishedAsGoodIsWrong) {
-  GridGeometry geometry;
-  DenseTensor tensor = test::sampleScene(test::Room(), 0.05, geometry);
-  LocalizerOptions options;
-  options.recovery.allow_global = false;
-  Localizer localizer(options);
-  localizer.setMap(std::make_shared<DenseDistanceField>(std::move(tensor), geometry));
-  PoseGuess guess;
-  guess.T_map_base = handPose(0.0);
-  guess.covariance = isotropicCovariance(0.05, 0.1);
-  localizer.setGuess(guess);
+  Localizer localizer(test::quickOptions());
+  localizer.setMap(test::roomField());
+  localizer.setGuess(test::guessAt(handPose(0.0)));
   const int scans = 60;
   int published = 0;
   for (int n = 0; n < scans; ++n) {
@@ -60,15 +51,9 @@ TEST_P(HandheldMotion, NoPosePublishedAsGoodIsWrong) {
 
 // A start pose before a bare wall, four scans a second: it is kept until the camera turns.
 TEST(Handheld, AStartPoseBeforeAWallIsNotThrownAway) {
-  GridGeometry geometry;
-  DenseTensor tensor = test::sampleScene(test::Room(), 0.05, geometry);
-  LocalizerOptions options;
-  options.recovery.allow_global = false;
-  Localizer localizer(options);
-  localizer.setMap(std::make_shared<DenseDistanceField>(std::move(tensor), geometry));
-  PoseGuess guess;
-  guess.T_map_base = test::cameraPose({2.4, 0.7, 1.5}, -M_PI / 2.0);
-  guess.covariance = isotropicCovariance(0.05, 0.1);
+  Localizer localizer(test::quickOptions());
+  localizer.setMap(test::roomField());
+  const PoseGuess guess = test::guessAt(test::cameraPose({2.4, 0.7, 1.5}, -M_PI / 2.0));
   localizer.setGuess(guess);
   for (int n = 0; n < 10; ++n) {
     LocalizerScan scan;
@@ -93,27 +78,26 @@ struct Colonnade {
   }
 };
 
+std::shared_ptr<const DistanceField> colonnadeField() {
+  GridGeometry geometry;
+  DenseTensor tensor = test::sampleScene(Colonnade(), 0.05, geometry);
+  return std::make_shared<DenseDistanceField>(std::move(tensor), geometry);
+}
+
 // Along the bare wall the camera slows down, which nothing shows: it then stands before another post than was
 // guessed.
 class SlowsDown : public ::testing::TestWithParam<double> {};
 
 TEST_P(SlowsDown, AndIsNotTakenToBeAtAnotherPost) {
-  GridGeometry geometry;
-  DenseTensor tensor = test::sampleScene(Colonnade(), 0.05, geometry);
-  LocalizerOptions options;
-  options.recovery.allow_global = false;
-  Localizer localizer(options);
-  localizer.setMap(std::make_shared<DenseDistanceField>(std::move(tensor), geometry));
+  Localizer localizer(test::quickOptions());
+  localizer.setMap(colonnadeField());
   const auto pose = [](double t) {  // speeds up, goes 2 m/s, slows down
     const double started = std::min(t, 0.5), fast = std::clamp(t - 0.5, 0.0, 1.85),
                  slow = std::max(0.0, t - 2.35);
     const double x = 1.0 + 2.0 * started * started + 2.0 * fast + GetParam() * slow;
     return test::cameraPose({x, 1.8, 1.4}, -M_PI / 2.0, 0.5);  // the floor is seen, too
   };
-  PoseGuess guess;
-  guess.T_map_base = pose(0.0);
-  guess.covariance = isotropicCovariance(0.05, 0.1);
-  localizer.setGuess(guess);
+  localizer.setGuess(test::guessAt(pose(0.0)));
   int published = 0, guessed = 0, returns = 0;
   double returned = 0.0;  // stamp of the first scan since the last guess that fixes the pose
   for (int n = 0; n < 110; ++n) {
@@ -129,7 +113,7 @@ TEST_P(SlowsDown, AndIsNotTakenToBeAtAnotherPost) {
       continue;
     }
     if (guessed > 10) {
-      EXPECT_GE(scan.stamp - returned, options.recovery.confirmation_seconds - 0.01);
+      EXPECT_GE(scan.stamp - returned, localizer.options().recovery.confirmation_seconds - 0.01);
       ++returns;
     }
     guessed = 0;
@@ -148,12 +132,8 @@ class SeesNothing : public ::testing::TestWithParam<std::tuple<double, double, b
 
 TEST_P(SeesNothing, AndIsNotTakenToBeAtAnotherPost) {
   const auto [seconds, slow_speed, lost_images] = GetParam();
-  GridGeometry geometry;
-  DenseTensor tensor = test::sampleScene(Colonnade(), 0.05, geometry);
-  LocalizerOptions options;
-  options.recovery.allow_global = false;
-  Localizer localizer(options);
-  localizer.setMap(std::make_shared<DenseDistanceField>(std::move(tensor), geometry));
+  Localizer localizer(test::quickOptions());
+  localizer.setMap(colonnadeField());
   constexpr double kCovered = 1.2;  // from then on nothing is seen, and it brakes [s]
   const auto pose = [&, slow = slow_speed](double t) {
     constexpr double kBrake = 6.0;  // [m/s^2]
@@ -162,10 +142,7 @@ TEST_P(SeesNothing, AndIsNotTakenToBeAtAnotherPost) {
                      slow * (since - braked);
     return test::cameraPose({x, 1.8, 1.4}, -M_PI / 2.0, 0.5);
   };
-  PoseGuess guess;
-  guess.T_map_base = pose(0.0);
-  guess.covariance = isotropicCovariance(0.05, 0.1);
-  localizer.setGuess(guess);
+  localizer.setGuess(test::guessAt(pose(0.0)));
   int before = 0;
   for (int n = 0; n < 60; ++n) {
     LocalizerScan scan;
