@@ -75,23 +75,73 @@ double quantile(std::vector<double> values, double share) {
   return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
-/// Whether too many of the differences lie far out. Recorded poses have longer tails than a normal
-/// distribution: its quantiles (5.35, 10.64 and 12.59 for six variables) would leave one in fifteen beyond
-/// what one in a hundred should be. Chosen on the kitchen, its sparse map and a hand-held desk, the same
-/// scans that show the result.
-bool tooNarrow(const FrameAgreement& agreement, const std::vector<FrameDifference>& compared) {
-  constexpr double kHalf = 3.2, kNineTenths = 8.0, kNineteenTwentieths = 12.0;
-  std::vector<double> squares;
+constexpr double kViewpointVoxels = 10.0;
+constexpr double kMostRatio = 10.0;  // of one frame: a stray one does not blow up its neighbours
+
+double squareOf(const FrameDifference& d, const FrameAgreement& agreement, double variance_ratio) {
+  const Matrix6d covariance = withMapErrors(agreement, d.covariance, d.covariance, d.centroid, variance_ratio);
+  return d.step.dot(covariance.ldlt().solve(d.step));
+}
+
+/// Every frame as a viewpoint of its own.
+std::vector<ViewpointAgreement> ratiosOf(const std::vector<FrameDifference>& compared,
+                                         const FrameAgreement& agreement) {
+  std::vector<ViewpointAgreement> ratios;
   for (const FrameDifference& d : compared) {
-    squares.push_back(d.step.dot(expected(agreement, d).ldlt().solve(d.step)));
+    const double mean_square = squareOf(d, agreement, 1.0) / 6.0;
+    ratios.push_back({d.viewpoint, 1, std::clamp(mean_square, 1.0 / kMostRatio, kMostRatio)});
   }
+  return ratios;
+}
+
+/// Frames join the first viewpoint that they lie near to.
+std::vector<ViewpointAgreement> merged(const std::vector<ViewpointAgreement>& frames, double distance) {
+  std::vector<ViewpointAgreement> groups;
+  for (const ViewpointAgreement& frame : frames) {
+    const auto near = [&](const ViewpointAgreement& group) {
+      return std::hypot((group.viewpoint.position - frame.viewpoint.position).norm() / distance,
+                        (group.viewpoint.view - frame.viewpoint.view).norm() / kViewpointAngle) < 1.0;
+    };
+    const auto group = std::find_if(groups.begin(), groups.end(), near);
+    if (group == groups.end()) {
+      groups.push_back(frame);
+      continue;
+    }
+    const double share = 1.0 / ++group->frames;
+    group->viewpoint.position += share * (frame.viewpoint.position - group->viewpoint.position);
+    group->viewpoint.view += share * (frame.viewpoint.view - group->viewpoint.view);
+    group->ratio += share * (frame.ratio - group->ratio);
+  }
+  return groups;
+}
+
+/// What the other frames make of each one's variances.
+std::vector<double> foretold(const std::vector<ViewpointAgreement>& frames, double distance) {
+  std::vector<double> ratios;
+  FrameAgreement others;
+  others.viewpoint_distance = distance;
+  for (std::size_t n = 0; n < frames.size(); ++n) {
+    others.viewpoints = frames;
+    others.viewpoints.erase(others.viewpoints.begin() + static_cast<std::ptrdiff_t>(n));
+    ratios.push_back(varianceRatio(others, frames[n].viewpoint));
+  }
+  return ratios;
+}
+
+/// Whether more of the differences lie far out than of six normal variables.
+bool tooNarrow(const FrameAgreement& agreement, const std::vector<FrameDifference>& compared,
+               const std::vector<double>& variance_ratios) {
+  constexpr double kHalf = 5.35, kNineTenths = 10.64, kNineteenTwentieths = 12.59;  // chi-squared
+  std::vector<double> squares;
+  for (std::size_t n = 0; n < compared.size(); ++n)
+    squares.push_back(squareOf(compared[n], agreement, variance_ratios[n]));
   return quantile(squares, 0.5) > kHalf || quantile(squares, 0.9) > kNineTenths ||
          quantile(squares, 0.95) > kNineteenTwentieths;
 }
 
 }  // namespace
 
-FrameAgreement summarize(const std::vector<FrameDifference>& differences) {
+FrameAgreement summarize(const std::vector<FrameDifference>& differences, double voxel_size) {
   std::vector<FrameDifference> compared;
   std::vector<double> moved, turned;
   FrameAgreement agreement;
@@ -107,14 +157,19 @@ FrameAgreement summarize(const std::vector<FrameDifference>& differences) {
   agreement.position_median = quantile(moved, 0.5), agreement.position_90 = quantile(moved, 0.9);
   agreement.rotation_median = quantile(turned, 0.5), agreement.rotation_90 = quantile(turned, 0.9);
   Sizes logs = mostLikely(compared);
+  const double distance = kViewpointVoxels * voxel_size;
+  const std::vector<ViewpointAgreement> ratios = ratiosOf(compared, withSizes(logs));
+  const std::vector<double> variance_ratios = foretold(ratios, distance);
   constexpr double kWider = 0.05;
-  for (int n = 0; n < 40 && tooNarrow(withSizes(logs), compared); ++n) {
+  for (int n = 0; n < 40 && tooNarrow(withSizes(logs), compared, variance_ratios); ++n) {
     for (double& log : logs) log += kWider;
   }
   const FrameAgreement sizes = withSizes(logs);
   agreement.shift = sizes.shift, agreement.turn_sensor = sizes.turn_sensor,
   agreement.turn_scene = sizes.turn_scene;
   agreement.widening = sizes.widening;
+  agreement.viewpoint_distance = distance;
+  agreement.viewpoints = merged(ratios, distance);
   return agreement;
 }
 

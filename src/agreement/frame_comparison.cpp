@@ -43,13 +43,6 @@ Eigen::Matrix3Xf thinned(const Eigen::Matrix3Xf& points, const FusionOptions& fu
   return result;
 }
 
-struct Kept {
-  std::size_t frame;
-  int part;
-  Eigen::Matrix3Xf points;
-  Eigen::Isometry3d T_map_sensor;
-};
-
 /// From the recorded pose, within the band: the volume has no far field to look beyond it.
 RegistrationOptions nearOnly(const TsdfVolume& volume) {
   RegistrationOptions options;
@@ -64,6 +57,7 @@ RegistrationOptions nearOnly(const TsdfVolume& volume) {
 FrameDifference compareWith(Registration& registration, const Eigen::Matrix3Xf& points,
                             const Eigen::Isometry3d& T_map_sensor) {
   FrameDifference difference;
+  difference.viewpoint = viewpointOf(points, T_map_sensor);
   const RegistrationResult result = registration.align(points, T_map_sensor);
   difference.overlap = 1.0 - result.outside_ratio - result.unknown_ratio;
   switch (result.reason) {
@@ -96,6 +90,13 @@ FrameDifference compareFrame(const TsdfVolume& others, const Eigen::Matrix3Xf& p
 }
 
 struct FrameComparison::Parts {
+  struct Kept {
+    std::size_t frame;
+    int part;
+    Eigen::Matrix3Xf points;
+    Eigen::Isometry3d T_map_sensor;
+  };
+
   explicit Parts(const FusionOptions& options)
       : fusion(options), volumes{{TsdfVolume(coarse(options)), TsdfVolume(coarse(options))}} {}
 
@@ -157,7 +158,7 @@ std::vector<FrameDifference> FrameComparison::compare() const {
     if (!others.empty()) against[part].emplace(std::make_shared<VolumeField>(others), nearOnly(others));
   }
   std::vector<FrameDifference> differences;
-  for (const Kept& kept : parts_->kept) {
+  for (const Parts::Kept& kept : parts_->kept) {
     auto& registration = against[static_cast<std::size_t>(kept.part)];
     if (!registration) continue;
     differences.push_back(compareWith(*registration, kept.points, kept.T_map_sensor));

@@ -25,6 +25,12 @@ FrameAgreement worstOf(const std::vector<PlacedField>& maps) {
           &FrameAgreement::turn_sensor, &FrameAgreement::turn_scene}) {
       worst.*figure = std::max(worst.*figure, one.*figure);
     }
+    worst.viewpoint_distance = std::max(worst.viewpoint_distance, one.viewpoint_distance);
+    for (ViewpointAgreement v : one.viewpoints) {
+      v.viewpoint.position = map.T_atlas_map * v.viewpoint.position;
+      v.viewpoint.view = map.T_atlas_map.linear() * v.viewpoint.view;
+      worst.viewpoints.push_back(v);
+    }
   }
   return worst;
 }

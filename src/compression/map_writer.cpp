@@ -36,6 +36,10 @@ std::vector<Section> sectionsAround(const TtSdfMap& map) {
     sections.push_back(
         makeSection(kAgreementSection, 0, [&](ByteWriter& out) { writeAgreement(map.agreement, out); }));
   }
+  if (map.agreement.known() && !map.agreement.viewpoints.empty()) {
+    sections.push_back(
+        makeSection(kViewpointSection, 0, [&](ByteWriter& out) { writeViewpoints(map.agreement, out); }));
+  }
   sections.push_back({kCoreSection, kRequiredFlag, {}});
   return sections;
 }

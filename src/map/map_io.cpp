@@ -52,6 +52,10 @@ TtSdfMap deserialize(const std::uint8_t* data, std::size_t size, const MapLimits
     if (container.has(kAgreementSection)) {
       ByteReader agreement = container.section(kAgreementSection);
       map.agreement = readAgreement(agreement);
+      if (container.has(kViewpointSection)) {
+        ByteReader viewpoints = container.section(kViewpointSection);
+        readViewpoints(viewpoints, map.agreement);
+      }
     }
     ByteReader cores = container.section(kCoreSection);
     map.train = readCores(cores, map.geometry.dims, limits.max_megabytes);

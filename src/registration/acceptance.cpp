@@ -113,10 +113,17 @@ Matrix6d Registration::Impl::posteriorCovariance(const StageResult& stage,
     measured += sigma * sigma * along * along.transpose();
   }
   const Matrix6d posterior = (measured.inverse() + prior_.information).inverse();
-  FrameAgreement errors = field_->agreement();
+  const FrameAgreement& agreement = field_->agreement();
+  if (!agreement.known()) return posterior;
+  const Eigen::Isometry3d T_map_sensor = inMapFrame(field_->geometry(), stage.T_map_sensor);
+  const Viewpoint viewpoint{T_map_sensor.translation(), T_map_sensor.linear() * scan_.view()};
+  Matrix6d covariance =
+      withMapErrors(agreement, measured, posterior, stage.T_map_sensor.linear() * scan_.centroid(),
+                    varianceRatio(agreement, viewpoint));
   // Frames that were fused do not show what the grid does to all of them alike.
-  errors.shift = std::hypot(errors.shift, kGridShift * scales_.voxel);
-  return withMapErrors(errors, measured, posterior, stage.T_map_sensor.linear() * scan_.centroid());
+  const double grid_shift = kGridShift * scales_.voxel;
+  covariance.diagonal().tail<3>().array() += grid_shift * grid_shift;
+  return covariance;
 }
 
 }  // namespace ttsdf

@@ -30,7 +30,7 @@ void ScanBuffer::assign(const Eigen::Matrix3Xf& points, int max_points) {
 }
 
 void ScanBuffer::take(const Eigen::Matrix3Xf& points) {
-  centroid_.setZero();
+  centroid_.setZero(), view_.setZero();
   for (const int n : order_) centroid_ += points.col(n).cast<double>();
   if (!order_.empty()) centroid_ /= static_cast<double>(order_.size());
   x_.resize(order_.size()), y_.resize(order_.size()), z_.resize(order_.size());
@@ -39,9 +39,13 @@ void ScanBuffer::take(const Eigen::Matrix3Xf& points) {
   for (std::size_t n = 0; n < order_.size(); ++n) {
     const Eigen::Vector3d p = points.col(order_[n]).cast<double>() - centroid_;
     x_[n] = static_cast<float>(p.x()), y_[n] = static_cast<float>(p.y()), z_[n] = static_cast<float>(p.z());
-    weight_[n] = static_cast<float>(sensor_.weight(points.col(order_[n]).cast<double>().norm(), floor_));
+    const Eigen::Vector3d from_sensor = points.col(order_[n]).cast<double>();
+    const double range = from_sensor.norm();
+    if (range > 0.0) view_ += from_sensor / range;
+    weight_[n] = static_cast<float>(sensor_.weight(range, floor_));
     sum += p.squaredNorm();
   }
+  if (!order_.empty()) view_ /= static_cast<double>(order_.size());
   radius_ = order_.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(order_.size()));
 }
 

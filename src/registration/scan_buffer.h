@@ -35,6 +35,8 @@ class ScanBuffer {
   }
   /// Sensor frame [m]; point n is centroid + (x[n], y[n], z[n]).
   const Eigen::Vector3d& centroid() const { return centroid_; }
+  /// Mean of the unit vectors to the points, sensor frame (Viewpoint::view).
+  const Eigen::Vector3d& view() const { return view_; }
   /// Root mean square distance to the centroid [m]: turns radians into metres.
   double radius() const { return radius_; }
   /// Root mean square distance to the sensor [m].
@@ -51,7 +53,7 @@ class ScanBuffer {
   double floor_ = 1.0;
   std::vector<float> x_, y_, z_, weight_;
   std::vector<int> finite_, order_;
-  Eigen::Vector3d centroid_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d centroid_ = Eigen::Vector3d::Zero(), view_ = Eigen::Vector3d::Zero();
   double radius_ = 0.0;
 };
 

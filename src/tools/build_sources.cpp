@@ -108,7 +108,7 @@ TsdfVolume fuseFrames(const BuildArguments& a, Progress& progress, BuildSource& 
   progress.update("comparing frames", 0.0);
   const auto start = std::chrono::steady_clock::now();
   source.differences = comparison.compare();
-  source.agreement = summarize(source.differences);
+  source.agreement = summarize(source.differences, volume.options().voxel_size);
   source.comparing += secondsSince(start);
   return volume;
 }

@@ -58,6 +58,15 @@ Json::Value describe(const ttsdf::FrameAgreement& agreement) {
   root["shift_sigma_m"] = agreement.shift;
   root["turn_sensor_sigma_rad"] = agreement.turn_sensor;
   root["turn_scene_sigma_rad"] = agreement.turn_scene;
+  root["viewpoints"] = Json::arrayValue;
+  for (const ttsdf::ViewpointAgreement& known : agreement.viewpoints) {
+    Json::Value one;
+    for (const double x : known.viewpoint.position) one["position_m"].append(x);
+    for (const double x : known.viewpoint.view) one["view"].append(x);
+    one["frames"] = known.frames;
+    one["variance_ratio"] = known.ratio;
+    root["viewpoints"].append(one);
+  }
   return root;
 }
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -54,7 +55,7 @@ std::vector<FrameDifference> compareWithErrors(double metres, double radians, in
 }
 
 TEST(FrameComparison, ExactPosesAgree) {
-  const FrameAgreement agreement = summarize(compareWithErrors(0.0, 0.0));
+  const FrameAgreement agreement = summarize(compareWithErrors(0.0, 0.0), FusionOptions().voxel_size);
   EXPECT_GE(agreement.compared, 30);
   EXPECT_LT(agreement.position_median, 0.003);
   EXPECT_LT(agreement.rotation_median, 0.002);
@@ -64,7 +65,8 @@ TEST(FrameComparison, ExactPosesAgree) {
 TEST(FrameComparison, FindsHowFarPosesAreOff) {
   // A frame's own error and that of the others' mean, which is small in a room seen by many.
   for (const double metres : {0.01, 0.02}) {
-    const FrameAgreement agreement = summarize(compareWithErrors(metres, 0.5 * metres));
+    const FrameAgreement agreement = 
+        summarize(compareWithErrors(metres, 0.5 * metres), FusionOptions().voxel_size);
     EXPECT_GT(agreement.position_median, 0.7 * metres);
     EXPECT_LT(agreement.position_median, 1.6 * metres);
     EXPECT_GT(agreement.rotation_median, 0.5 * 0.5 * metres);
@@ -74,13 +76,14 @@ TEST(FrameComparison, FindsHowFarPosesAreOff) {
 
 TEST(FrameComparison, TheCovarianceOfTheSummaryHoldsForTheDifferences) {
   const auto differences = compareWithErrors(0.015, 0.008, 60);
-  const FrameAgreement agreement = summarize(differences);
+  const FrameAgreement agreement = summarize(differences, FusionOptions().voxel_size);
   int below = 0, compared = 0;
   std::vector<double> squares;
   for (const FrameDifference& d : differences) {
     if (d.outcome != FrameDifference::Outcome::kCompared) continue;
     ++compared;
-    const Matrix6d total = withMapErrors(agreement, d.covariance, d.covariance, d.centroid);
+    const Matrix6d total = withMapErrors(agreement, d.covariance, d.covariance, d.centroid,
+                                         varianceRatio(agreement, d.viewpoint));
     squares.push_back(d.step.dot(total.ldlt().solve(d.step)));
     below += squares.back() < 16.8 ? 1 : 0;
   }
@@ -88,6 +91,47 @@ TEST(FrameComparison, TheCovarianceOfTheSummaryHoldsForTheDifferences) {
   EXPECT_GE(below, static_cast<int>(0.95 * compared));
   EXPECT_GT(squares[squares.size() / 2], 1.0);
   EXPECT_LT(squares[squares.size() / 2], 8.0);
+}
+
+/// Differences of frames on a way; those of its second half are three times as far off.
+std::vector<FrameDifference> wayWithABadStretch(unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<FrameDifference> differences;
+  for (int n = 0; n < 120; ++n) {
+    FrameDifference d;
+    d.frame = static_cast<std::size_t>(n);
+    d.outcome = FrameDifference::Outcome::kCompared;
+    d.viewpoint = {{0.05 * n, 0.0, 1.0}, {0.0, 1.0, 0.0}};
+    d.centroid = {0.0, 0.0, 2.0};
+    d.covariance = 1e-8 * Matrix6d::Identity();
+    for (int k = 0; k < 6; ++k) d.step[k] = (k < 3 ? 0.003 : 0.006) * (n < 60 ? 1.0 : 3.0) * normal(random);
+    differences.push_back(d);
+  }
+  return differences;
+}
+
+TEST(FrameComparison, TheCovarianceIsWiderWhereFramesDisagree) {
+  const FrameAgreement agreement = summarize(wayWithABadStretch(1), 0.02);
+  EXPECT_GT(agreement.viewpoints.size(), 10U);
+  EXPECT_LT(agreement.viewpoints.size(), 60U);
+  // Frames of the same way that were not seen before: both halves have the right spread.
+  for (const int half : {0, 1}) {
+    std::vector<double> squares;
+    for (const unsigned seed : {2U, 3U, 4U}) {
+      const auto differences = wayWithABadStretch(seed);
+      for (std::size_t n = 0; n < 55; ++n) {
+        const FrameDifference& d = differences[n + (half ? 65 : 0)];
+        const Matrix6d total = withMapErrors(agreement, d.covariance, d.covariance, d.centroid,
+                                             varianceRatio(agreement, d.viewpoint));
+        squares.push_back(d.step.dot(total.ldlt().solve(d.step)));
+      }
+    }
+    std::sort(squares.begin(), squares.end());
+    EXPECT_GT(squares[squares.size() / 2], 2.0) << "half " << half;
+    EXPECT_LT(squares[squares.size() / 2], 8.0) << "half " << half;
+    EXPECT_LT(squares[squares.size() * 95 / 100], 16.8) << "half " << half;
+  }
 }
 
 TEST(FrameComparison, TwistsLeadFromTheRecordedPoseToWhereTheOthersSayItIs) {
@@ -121,7 +165,7 @@ TEST(FrameComparison, SaysWhichFramesSawNothingInCommon) {
     const Eigen::Isometry3d pose = lookAt({0, 0, 0}, {side, 0.1, 0.1});
     comparison.add(render(scene, k, pose), k, pose);
   }
-  const FrameAgreement agreement = summarize(comparison.compare());
+  const FrameAgreement agreement = summarize(comparison.compare(), FusionOptions().voxel_size);
   EXPECT_EQ(agreement.compared, 0);
   EXPECT_EQ(agreement.without_overlap, 2);
   EXPECT_FALSE(agreement.known());
@@ -135,7 +179,7 @@ TEST(FrameComparison, CloudsAreComparedAsImagesAre) {
     const Eigen::Isometry3d pose = view(n);
     comparison.add(toPoints(render(scene, k, pose), k, 1, 0.2, 4.0), pose);
   }
-  const FrameAgreement agreement = summarize(comparison.compare());
+  const FrameAgreement agreement = summarize(comparison.compare(), FusionOptions().voxel_size);
   EXPECT_GE(agreement.compared, 8);
   EXPECT_LT(agreement.position_median, 0.01);
 }
@@ -144,7 +188,7 @@ TEST(FrameComparison, OneFrameIsNotCompared) {
   FrameComparison comparison({});
   const CameraIntrinsics k = camera(160, 120);
   comparison.add(render(room(), k, view(0)), k, view(0));
-  EXPECT_FALSE(summarize(comparison.compare()).known());
+  EXPECT_FALSE(summarize(comparison.compare(), FusionOptions().voxel_size).known());
 }
 
 }  // namespace

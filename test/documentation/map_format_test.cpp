@@ -61,6 +61,13 @@ class MapFormatPage : public ::testing::Test {
     out << "agreement " << a.compared << ' ' << a.contradicting << ' ' << a.without_overlap << ' '
         << a.position_median << ' ' << a.position_90 << ' ' << a.rotation_median << ' ' << a.rotation_90
         << ' ' << a.widening << ' ' << a.shift << ' ' << a.turn_sensor << ' ' << a.turn_scene << '\n';
+    out << "viewpoints";
+    if (!a.viewpoints.empty()) out << ' ' << a.viewpoint_distance;
+    for (const ViewpointAgreement& v : a.viewpoints) {
+      out << ' ' << v.viewpoint.position.transpose() << ' ' << v.viewpoint.view.transpose() << ' ' << v.frames
+          << ' ' << v.ratio;
+    }
+    out << '\n';
     for (const auto& [key, value] : map.metadata) out << "metadata " << key << '=' << value << '\n';
     std::mt19937 random(5);
     for (int n = 0; n < 300; ++n) {

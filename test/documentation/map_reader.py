@@ -148,6 +148,20 @@ def read_agreement(payload):
     return [*counts, *sizes]
 
 
+def read_viewpoints(payload):
+    """Distance, then position, view, frames and ratio of each."""
+    cursor = Cursor(payload)
+    count, distance, step = cursor.number("H"), cursor.number("f"), cursor.number("f")
+    viewpoints = []
+    for _ in range(count):
+        x, y, z, *view, frames, ratio = cursor.numbers("3h3bBB")
+        viewpoints.append([step * x, step * y, step * z, *(v / 127.0 for v in view), frames, 2.0 ** ((ratio - 128) / 16)])
+    cursor.end()
+    require(not viewpoints or (np.isfinite(distance) and distance > 0.0), "distance of viewpoints")
+    require(np.isfinite(viewpoints).all() and all(v[6] >= 1 for v in viewpoints), "viewpoints")
+    return [distance, *np.ravel(viewpoints).tolist()]
+
+
 def read_metadata(payload):
     cursor = Cursor(payload)
     size = cursor.number("I")
@@ -463,6 +477,7 @@ def read_map(data):
                                              if "MASK" in found else (1, None))
     result["metadata"] = read_metadata(found["META"]) if "META" in found else {}
     result["agreement"] = read_agreement(found["AGRE"]) if "AGRE" in found else None
+    result["viewpoints"] = read_viewpoints(found["VIEW"]) if "AGRE" in found and "VIEW" in found else None
     result.update(read_cores(found["CORE"], result["dims"]))
     return result
 
@@ -499,7 +514,7 @@ def main(path):
         print("%8d  %s" % (len(payload), name))
     print("%8d  bytes, map %s" % (len(data), field_map["map_id"]))
     for key in ("dims", "voxel_size", "field", "truncation", "clamp_negative", "clamp_positive", "frame_id",
-                "cell_voxels", "encoding", "axes", "ranks", "metadata", "agreement"):
+                "cell_voxels", "encoding", "axes", "ranks", "metadata", "agreement", "viewpoints"):
         print("%s: %s" % (key, field_map[key]))
 
 

@@ -25,6 +25,9 @@ def problems_of(path):
                 wanted = None
             if found[key] != wanted:
                 yield "agreement: got %s, wanted %s" % (found[key], text)
+        elif key == "viewpoints":
+            if [float(word) for word in text.split()] != (found[key] or []):
+                yield "viewpoints: got %s, wanted %s" % (found[key], text)
         elif key in NUMBERS:
             if [float(word) for word in text.split()] != np.ravel(found[key]).tolist():
                 yield "%s: got %s, wanted %s" % (key, found[key], text)

@@ -247,6 +247,20 @@ TEST(QuantizedBricks, TakeTheBytesTheySay) {
   EXPECT_EQ(bricks.memoryBytes(), QuantizedBricks::bytesFor(sizes, bricks.size()));
 }
 
+TEST(QuantizedBricks, DroppedOnesTakeNoMemory) {
+  const std::array<int, 3> sizes{{50, 40, 30}};
+  QuantizedBricks appended(sizes);
+  const std::size_t empty = appended.memoryBytes();
+  float samples[kBrickSamples];
+  for (int c = 0; c < appended.counts()[2]; ++c) {
+    planarBrick(0, 0, c, samples);
+    appended.append(appended.idOf(0, 0, c), samples);
+  }
+  EXPECT_GE(appended.memoryBytes(), empty + static_cast<std::size_t>(appended.counts()[2]) * kBrickSamples);
+  appended.dropAppended();
+  EXPECT_EQ(appended.memoryBytes(), empty);
+}
+
 TEST(QuantizedBricks, AnEmptySetMissesEveryPoint) {
   QuantizedBricks bricks(std::array<int, 3>{{9, 9, 9}});
   bricks.allocate();

@@ -40,6 +40,18 @@ void expectSameFrame(const TtSdfMap& got, const TtSdfMap& wanted) {
   EXPECT_EQ(got.agreement.shift, wanted.agreement.shift);
   EXPECT_EQ(got.agreement.turn_sensor, wanted.agreement.turn_sensor);
   EXPECT_EQ(got.agreement.turn_scene, wanted.agreement.turn_scene);
+  ASSERT_EQ(got.agreement.viewpoints.size(), wanted.agreement.viewpoints.size());
+  if (!wanted.agreement.viewpoints.empty()) {
+    EXPECT_EQ(got.agreement.viewpoint_distance, wanted.agreement.viewpoint_distance);
+  }
+  for (std::size_t n = 0; n < wanted.agreement.viewpoints.size(); ++n) {
+    const ViewpointAgreement &a = got.agreement.viewpoints[n], &b = wanted.agreement.viewpoints[n];
+    // As finely as the section stores them.
+    EXPECT_LT((a.viewpoint.position - b.viewpoint.position).norm(), 0.1 * wanted.agreement.viewpoint_distance);
+    EXPECT_LT((a.viewpoint.view - b.viewpoint.view).norm(), 0.01);
+    EXPECT_EQ(a.frames, b.frames);
+    EXPECT_NEAR(a.ratio / b.ratio, 1.0, 0.03);
+  }
   EXPECT_EQ(got.mask.bits(), wanted.mask.bits());
   EXPECT_EQ(got.mask.cellVoxels(), wanted.mask.cellVoxels());
   EXPECT_EQ(got.train.axes(), wanted.train.axes());

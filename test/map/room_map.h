@@ -61,6 +61,9 @@ inline TtSdfMap roomMap(const Dims& dims = Dims(30, 21, 25), int rank = 8) {
   map.agreement.rotation_median = 0.006, map.agreement.rotation_90 = 0.013;
   map.agreement.widening = 1.5, map.agreement.shift = 0.007, map.agreement.turn_sensor = 0.004,
   map.agreement.turn_scene = 0.002;
+  map.agreement.viewpoint_distance = 0.5;
+  map.agreement.viewpoints = {{{{1.0, -2.0, 0.25}, {0.0, 0.5, -0.75}}, 7, 1.5},
+                              {{{-300.0, 0.0, 12.0}, {-0.9, 0.1, 0.0}}, 1, 0.25}};
   map.metadata = {{"builder", "a test"},
                   {"ort",
                    "K\xC3\xBC"

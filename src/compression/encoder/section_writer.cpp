@@ -1,6 +1,9 @@
 #include "section_writer.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
+#include <string>
 
 #include "../../map/format/map_container.h"
 #include "../../map/format/map_sections.h"
@@ -82,6 +85,34 @@ void writeAgreement(const FrameAgreement& a, ByteWriter& out) {
   for (const double size : {a.position_median, a.position_90, a.rotation_median, a.rotation_90, a.widening,
                             a.shift, a.turn_sensor, a.turn_scene}) {
     out.f64(size);
+  }
+}
+
+void writeViewpoints(const FrameAgreement& a, ByteWriter& out) {
+  if (a.viewpoints.size() > kMaxViewpoints) {
+    throw std::invalid_argument("map: got " + std::to_string(a.viewpoints.size()) +
+                                " viewpoints, wanted at most " + std::to_string(kMaxViewpoints));
+  }
+  double furthest = 0.0;
+  for (const ViewpointAgreement& v : a.viewpoints)
+    furthest = std::max(furthest, v.viewpoint.position.cwiseAbs().maxCoeff());
+  // A place needs no more digits than this, unless the world is so large that they do not fit.
+  const auto step = static_cast<float>(std::max(a.viewpoint_distance / 16.0, furthest / 32767.0));
+  const auto rounded = [](double value, double low, double high) {
+    return static_cast<int>(std::lround(std::clamp(value, low, high)));
+  };
+  out.u16(static_cast<std::uint16_t>(a.viewpoints.size()));
+  out.f32(static_cast<float>(a.viewpoint_distance));
+  out.f32(step);
+  for (const ViewpointAgreement& v : a.viewpoints) {
+    for (int axis = 0; axis < 3; ++axis) {
+      out.u16(static_cast<std::uint16_t>(
+          rounded(v.viewpoint.position[axis] / static_cast<double>(step), -32767.0, 32767.0)));
+    }
+    for (int axis = 0; axis < 3; ++axis)
+      out.u8(static_cast<std::uint8_t>(rounded(kViewSteps * v.viewpoint.view[axis], -127.0, 127.0)));
+    out.u8(static_cast<std::uint8_t>(std::clamp(v.frames, 1, 255)));
+    out.u8(static_cast<std::uint8_t>(rounded(kRatioMiddle + kRatioSteps * std::log2(v.ratio), 0.0, 255.0)));
   }
 }
 

@@ -24,5 +24,7 @@ void writeField(const TtSdfMap& map, ByteWriter& out);
 /// Throws std::invalid_argument if a key or a value is no UTF-8.
 void writeMetadata(const std::map<std::string, std::string>& metadata, ByteWriter& out);
 void writeAgreement(const FrameAgreement& agreement, ByteWriter& out);
+/// Throws std::invalid_argument for more viewpoints than the section can count.
+void writeViewpoints(const FrameAgreement& agreement, ByteWriter& out);
 
 }  // namespace ttsdf

@@ -157,8 +157,9 @@ void QuantizedBricks::append(Id id, const float* samples) {
 }
 
 void QuantizedBricks::dropAppended() {
-  ranges_ = {};
-  bytes_ = {};
+  // Assigning {} would keep their memory.
+  ranges_ = decltype(ranges_)();
+  bytes_ = decltype(bytes_)();
 }
 
 void QuantizedBricks::finish() {
@@ -267,9 +268,9 @@ int QuantizedBricks::corners(const CellChunk& cells, CornerChunk& out, std::int3
 }
 
 std::size_t QuantizedBricks::memoryBytes() const {
-  return bits_.size() * sizeof(std::uint64_t) + before_.size() * sizeof(std::uint32_t) +
-         ranges_.size() * sizeof(Range) + bytes_.size() +
-         (slots_.size() + owners_.size()) * sizeof(std::uint32_t) + used_.size();
+  return bits_.capacity() * sizeof(std::uint64_t) + before_.capacity() * sizeof(std::uint32_t) +
+         ranges_.capacity() * sizeof(Range) + bytes_.capacity() +
+         (slots_.capacity() + owners_.capacity()) * sizeof(std::uint32_t) + used_.capacity();
 }
 
 }  // namespace ttsdf

@@ -15,8 +15,8 @@ namespace ttsdf {
 namespace {
 
 constexpr std::uint32_t kMaxSections = 64;
-constexpr std::array<std::uint32_t, 6> kKnown = {
-    {kGeometrySection, kFieldSection, kCoreSection, kMaskSection, kMetadataSection, kAgreementSection}};
+constexpr std::array<std::uint32_t, 7> kKnown = {{kGeometrySection, kFieldSection, kCoreSection, kMaskSection,
+                                                  kMetadataSection, kAgreementSection, kViewpointSection}};
 
 std::string hex(std::uint32_t value) {
   std::ostringstream text;

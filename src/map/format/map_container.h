@@ -32,6 +32,7 @@ constexpr std::uint32_t kCoreSection = sectionId("CORE");
 constexpr std::uint32_t kMaskSection = sectionId("MASK");
 constexpr std::uint32_t kMetadataSection = sectionId("META");
 constexpr std::uint32_t kAgreementSection = sectionId("AGRE");
+constexpr std::uint32_t kViewpointSection = sectionId("VIEW");
 
 /// A reader that does not know a section with this flag must refuse the file; without it, it skips the
 /// section.

@@ -1,6 +1,7 @@
 #include "map_sections.h"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "../codec/byte_compression.h"
@@ -103,6 +104,23 @@ FrameAgreement readAgreement(ByteReader& in) {
   }
   in.expectEnd();
   return a;
+}
+
+void readViewpoints(ByteReader& in, FrameAgreement& agreement) {
+  const auto signed8 = [&in] { return static_cast<double>(static_cast<std::int8_t>(in.u8())); };
+  const auto signed16 = [&in] { return static_cast<double>(static_cast<std::int16_t>(in.u16())); };
+  const int count = in.u16();
+  agreement.viewpoint_distance = static_cast<double>(in.f32());
+  const double step = static_cast<double>(in.f32());
+  for (int n = 0; n < count; ++n) {
+    ViewpointAgreement v;
+    for (int axis = 0; axis < 3; ++axis) v.viewpoint.position[axis] = step * signed16();
+    for (int axis = 0; axis < 3; ++axis) v.viewpoint.view[axis] = signed8() / kViewSteps;
+    v.frames = in.u8();
+    v.ratio = std::exp2((in.u8() - kRatioMiddle) / kRatioSteps);
+    agreement.viewpoints.push_back(v);
+  }
+  in.expectEnd();
 }
 
 }  // namespace ttsdf

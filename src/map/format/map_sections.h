@@ -16,4 +16,10 @@ std::map<std::string, std::string> readMetadata(ByteReader& in);
 
 FrameAgreement readAgreement(ByteReader& in);
 
+/// Of a viewpoint: direction in 127ths, ratio as 2^((code - 128) / 16).
+constexpr double kViewSteps = 127.0, kRatioMiddle = 128.0, kRatioSteps = 16.0;
+constexpr std::uint32_t kMaxViewpoints = 65535;
+/// Into `agreement`.
+void readViewpoints(ByteReader& in, FrameAgreement& agreement);
+
 }  // namespace ttsdf

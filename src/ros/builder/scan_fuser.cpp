@@ -73,7 +73,7 @@ void ScanFuser::withVolume(const std::function<void(const TsdfVolume&)>& use) {
 
 FrameAgreement ScanFuser::agreement() {
   const std::lock_guard<std::mutex> lock(volume_mutex_);
-  return summarize(comparison_.compare());
+  return summarize(comparison_.compare(), fusion_.voxel_size);
 }
 
 void ScanFuser::reset() {

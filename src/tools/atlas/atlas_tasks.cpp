@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr const char* kFolder = "unfinished_build";
 constexpr const char* kSettings = "settings.json";
-constexpr int kForm = 2;                 // rises when maps of the same cell come out differently
+constexpr int kForm = 3;                 // rises when maps of the same cell come out differently
 constexpr const char* kNoMap = "-";      // in place of a map's id
 constexpr const char* kWhole = "whole";  // at the end of a result
 
@@ -55,10 +55,26 @@ void readTexts(const Json::Value& object, const OptionTable<Options>& table, Opt
     table.setFromText(options, name, object[name].asString());
 }
 
+constexpr std::array<const char*, 3> kPosition = {{"x", "y", "z"}}, kView = {{"view_x", "view_y", "view_z"}};
+
+Json::Value textsOf(const ViewpointAgreement& v) {
+  Json::Value object(Json::objectValue);
+  for (int axis = 0; axis < 3; ++axis) {
+    object[kPosition[axis]] = toString(v.viewpoint.position[axis]);
+    object[kView[axis]] = toString(v.viewpoint.view[axis]);
+  }
+  object["frames"] = toString(v.frames);
+  object["ratio"] = toString(v.ratio);
+  return object;
+}
+
 Json::Value textsOf(const FrameAgreement& agreement) {
   Json::Value object(Json::objectValue);
   for (const auto& [name, figure] : kFigures) object[name] = toString(agreement.*figure);
   for (const auto& [name, count] : kCounts) object[name] = toString(agreement.*count);
+  object["viewpoint_distance"] = toString(agreement.viewpoint_distance);
+  object["viewpoints"] = Json::arrayValue;
+  for (const ViewpointAgreement& v : agreement.viewpoints) object["viewpoints"].append(textsOf(v));
   return object;
 }
 
@@ -108,6 +124,25 @@ int countIn(const Json::Value& object, const std::string& name) {
                            ", wanted a whole number of 0 or more (build again)");
 }
 
+FrameAgreement agreementIn(const Json::Value& object) {
+  FrameAgreement agreement;
+  for (const auto& [name, figure] : kFigures) agreement.*figure = numberIn(object, name);
+  for (const auto& [name, count] : kCounts) agreement.*count = countIn(object, name);
+  agreement.viewpoint_distance = numberIn(object, "viewpoint_distance");
+  for (const Json::Value& one : object["viewpoints"]) {
+    ViewpointAgreement v;
+    for (int axis = 0; axis < 3; ++axis) {
+      v.viewpoint.position[axis] = numberIn(one, kPosition[axis]);
+      v.viewpoint.view[axis] = numberIn(one, kView[axis]);
+    }
+    v.frames = countIn(one, "frames");
+    v.ratio = numberIn(one, "ratio");
+    agreement.viewpoints.push_back(v);
+  }
+  check(agreement);
+  return agreement;
+}
+
 }  // namespace
 
 std::string TaskSettings::decisive() const {
@@ -116,8 +151,7 @@ std::string TaskSettings::decisive() const {
   for (const auto& row : buildOptionTable().rows()) {
     if (row.name != "threads") text << ' ' << row.name << '=' << toString(row.get(build));
   }
-  for (const auto& [name, figure] : kFigures) text << ' ' << toString(agreement.*figure);
-  for (const auto& [name, count] : kCounts) text << ' ' << agreement.*count;
+  text << ' ' << toText(textsOf(agreement));
   return text.str();
 }
 
@@ -160,9 +194,7 @@ TaskSettings TaskFolder::readSettings() const {
     settings.min_surface = numberIn(root, "min_surface");
     readTexts(root["fusion"], fusionOptionTable(), settings.fusion);
     readTexts(root["build"], buildOptionTable(), settings.build);
-    for (const auto& [name, figure] : kFigures)
-      settings.agreement.*figure = numberIn(root["agreement"], name);
-    for (const auto& [name, count] : kCounts) settings.agreement.*count = countIn(root["agreement"], name);
+    settings.agreement = agreementIn(root["agreement"]);
     for (const Json::Value& cell : root["cells"]) settings.cells.push_back(cell.asString());
     return settings;
   } catch (const std::exception& error) {
