@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "ttsdf_localization/geometry/pose_perturbation.h"
+
 namespace ttsdf {
 
 void check(const FrameAgreement& a) {
@@ -33,8 +35,7 @@ Matrix6d withMapErrors(const FrameAgreement& a, const Matrix6d& scan, const Matr
   result.diagonal().head<3>().array() += a.turn_sensor * a.turn_sensor;
   result.diagonal().tail<3>().array() += a.shift * a.shift;
   // A turn w about what is seen moves the sensor by -w x lever = hat(lever) w.
-  Eigen::Matrix<double, 6, 3> J;
-  J << Eigen::Matrix3d::Identity(), hat(lever);
+  const Eigen::Matrix<double, 6, 3> J = leverArmJacobian(lever).leftCols<3>();
   result += a.turn_scene * a.turn_scene * J * J.transpose();
   return 0.5 * (result + result.transpose());
 }
