@@ -32,7 +32,7 @@ void AtlasField::Far::evaluatePiece(const PointSpan& points, const SampleSpan& s
     p[n] = {points.x[begin + n], points.y[begin + n], points.z[begin + n]};
     deepest[n] = -std::numeric_limits<float>::infinity();
     nearest[n] = nullptr;
-    giveNothing(samples, begin + n);
+    setOutside(samples, begin + n);
   }
   Eigen::AlignedBox3f bounds;
   for (int n = 0; n < size; ++n) {
@@ -41,13 +41,13 @@ void AtlasField::Far::evaluatePiece(const PointSpan& points, const SampleSpan& s
   AtlasBatch batch;
   const auto answer = [&](const AtlasMember& member) {
     if (batch.size == 0) return;
-    batch.ask(*member.far);
+    batch.evaluate(*member.far);
     for (int k = 0; k < batch.size; ++k) {
       const int n = begin + batch.point[k];
       if (batch.state[k] != PointState::kValid) continue;
       if (samples.state[n] == PointState::kValid && std::abs(samples.value[n]) <= std::abs(batch.value[k]))
         continue;
-      batch.give(member, k, samples, n);
+      batch.writeSample(member, k, samples, n);
     }
   };
   for (const AtlasMember& member : members_->members) {

@@ -86,7 +86,7 @@ class SupportingMaps {
 void evaluatePiece(const std::vector<AtlasMember>& all, const PointSpan& points, const SampleSpan& samples,
                    int begin, int size) {
   SupportingMaps supporting(all, points, begin, size);
-  for (int n = 0; n < size; ++n) giveNothing(samples, begin + n);
+  for (int n = 0; n < size; ++n) setOutside(samples, begin + n);
   std::vector<int> chosen(static_cast<std::size_t>(size));
   AtlasBatch batch;
   for (std::size_t round = 0; round < supporting.members().size(); ++round) {
@@ -104,13 +104,13 @@ void evaluatePiece(const std::vector<AtlasMember>& all, const PointSpan& points,
       }
       if (batch.size == 0) continue;
       asked = true;
-      batch.ask(*member.field);
+      batch.evaluate(*member.field);
       for (int k = 0; k < batch.size; ++k) {
         // An unknown place keeps the answer of the deepest map.
         if (batch.state[k] == PointState::kValid ||
             (batch.state[k] == PointState::kUnknown &&
              samples.state[begin + batch.point[k]] == PointState::kOutside)) {
-          batch.give(member, k, samples, begin + batch.point[k]);
+          batch.writeSample(member, k, samples, begin + batch.point[k]);
         }
       }
     }
@@ -119,14 +119,14 @@ void evaluatePiece(const std::vector<AtlasMember>& all, const PointSpan& points,
 }
 
 /// See AtlasField.
-void answerForAbsent(const std::vector<AbsentBox>& absent, const PointSpan& points,
-                     const SampleSpan& samples) {
+void evaluateAbsent(const std::vector<AbsentBox>& absent, const PointSpan& points,
+                    const SampleSpan& samples) {
   for (int n = 0; n < points.size; ++n) {
     if (samples.state[n] == PointState::kValid) continue;
     const Eigen::Vector3f p(points.x[n], points.y[n], points.z[n]);
     if (std::none_of(absent.begin(), absent.end(), [&p](const AbsentBox& box) { return box.holds(p); }))
       continue;
-    giveNothing(samples, n);
+    setOutside(samples, n);
     samples.value[n] = AtlasField::kAbsentDistance;
     samples.state[n] = PointState::kValid;
   }
@@ -147,7 +147,7 @@ void AtlasField::evaluate(const PointSpan& points, const SampleSpan& samples) co
   for (int begin = 0; begin < points.size; begin += kAtlasPiece) {
     evaluatePiece(members_->members, points, samples, begin, std::min(kAtlasPiece, points.size - begin));
   }
-  if (!members_->absent.empty()) answerForAbsent(members_->absent, points, samples);
+  if (!members_->absent.empty()) evaluateAbsent(members_->absent, points, samples);
 }
 
 std::size_t AtlasField::memoryBytes() const {

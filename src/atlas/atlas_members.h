@@ -42,11 +42,11 @@ struct AtlasBatch {
     x[size] = q.x(), y[size] = q.y(), z[size] = q.z();
     ++size;
   }
-  void ask(const DistanceField& field) {
+  void evaluate(const DistanceField& field) {
     field.evaluate(PointSpan{x, y, z, size}, SampleSpan{value, gx, gy, gz, state});
   }
   /// Answer `k` goes to sample `n`, its gradient turned into the atlas' frame.
-  void give(const AtlasMember& member, int k, const SampleSpan& samples, int n) const {
+  void writeSample(const AtlasMember& member, int k, const SampleSpan& samples, int n) const {
     const Eigen::Vector3f g =
         member.T_field_atlas.linear().transpose() * Eigen::Vector3f(gx[k], gy[k], gz[k]);
     samples.value[n] = value[k];
@@ -65,7 +65,7 @@ struct AbsentBox {
   }
 };
 
-inline void giveNothing(const SampleSpan& samples, int n) {
+inline void setOutside(const SampleSpan& samples, int n) {
   samples.value[n] = samples.gradient_x[n] = samples.gradient_y[n] = samples.gradient_z[n] = 0.0F;
   samples.state[n] = PointState::kOutside;
 }

@@ -146,7 +146,7 @@ namespace {
 
 /// What the candidates of all maps say together: a map's own answer knows nothing of its twins elsewhere.
 /// `all_searched`: no map was left out that may hold the scan.
-void settleLocation(const AtlasSearchOptions& options, bool all_searched, AtlasLocation& location) {
+void decideLocation(const AtlasSearchOptions& options, bool all_searched, AtlasLocation& location) {
   const auto& list = location.candidates;
   const RegistrationResult& best = list[0].result;
   const bool alike = list.size() > 1 && list[1].score() - list[0].score() < options.min_margin;
@@ -275,7 +275,7 @@ AtlasLocation locateInAtlas(const PlaceIndex& index, const MapsAround& maps, con
       const bool covered = search.complete && unknown.empty() &&
                            location.candidates.front().score() <= options.sure_score &&
                            search.covers(location.candidates.front().T_atlas_sensor);
-      settleLocation(options, covered, location);
+      decideLocation(options, covered, location);
     }
     // Twins that explain the scan badly say little: the right place may not have been tried.
     const bool twins = location.reason == TerminationReason::kAmbiguous &&
@@ -301,7 +301,7 @@ AtlasLocation locateInAtlas(const PlaceIndex& index, const MapsAround& maps, con
   if (cancelled) {
     location.reason = TerminationReason::kCancelled;
   } else if (!location.candidates.empty()) {
-    settleLocation(options, plan.complete, location);
+    decideLocation(options, plan.complete, location);
   }
   return location;
 }

@@ -13,7 +13,7 @@ namespace {
 constexpr int kSteps = 8;            // along the way
 constexpr double kFarthestWay = 50;  // [m] a velocity that is wrong must not ask for the whole atlas
 
-Eigen::Vector3d wayOf(const RobotMotion& motion, double prediction) {
+Eigen::Vector3d predictedMotion(const RobotMotion& motion, double prediction) {
   Eigen::Vector3d way = prediction * motion.velocity;
   if (!way.allFinite()) return Eigen::Vector3d::Zero();
   const double length = way.norm();
@@ -39,7 +39,7 @@ MapRanking::MapRanking(const Atlas& atlas) : boxes_(boxesOf(atlas)), tree_(bound
 MapRanking::Rank MapRanking::rank(std::size_t map, const RobotMotion& motion, double prediction) const {
   constexpr double kDepthCounts = 1e-3;  // orders maps that hold the robot, and nothing else
   constexpr double kLaterCounts = 0.5;   // a metre ahead is as urgent as half a metre aside
-  const Eigen::Vector3d way = wayOf(motion, prediction);
+  const Eigen::Vector3d way = predictedMotion(motion, prediction);
   const double length = way.norm();
   const int steps = length > 0.0 ? kSteps : 0;
   Rank best{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
@@ -61,7 +61,7 @@ double MapRanking::distance(std::size_t map, const RobotMotion& motion, double p
 std::vector<MapRanking::Entry> MapRanking::near(const RobotMotion& motion, double prediction,
                                                 double radius) const {
   Eigen::AlignedBox3d way(motion.position);
-  way.extend(motion.position + wayOf(motion, prediction));
+  way.extend(motion.position + predictedMotion(motion, prediction));
   std::vector<std::pair<double, Entry>> found;
   for (const std::size_t map : tree_.within(way, radius)) {
     const Rank one = rank(map, motion, prediction);

@@ -22,7 +22,7 @@ double overlapDepth(const OrientedBox& a, const OrientedBox& b) {
   const Eigen::Matrix3d A = a.T_atlas_box.linear(), B = b.T_atlas_box.linear();
   const Eigen::Vector3d between = b.centre() - a.centre();
   double least = std::numeric_limits<double>::infinity();
-  const auto ask = [&](Eigen::Vector3d axis) {
+  const auto testAxis = [&](Eigen::Vector3d axis) {
     const double length = axis.norm();
     if (length < 1e-6) return;  // of two parallel edges
     axis /= length;
@@ -31,9 +31,9 @@ double overlapDepth(const OrientedBox& a, const OrientedBox& b) {
     least = std::min(least, reach - std::abs(between.dot(axis)));
   };
   for (int i = 0; i < 3; ++i) {
-    ask(A.col(i));
-    ask(B.col(i));
-    for (int j = 0; j < 3; ++j) ask(A.col(i).cross(B.col(j)));
+    testAxis(A.col(i));
+    testAxis(B.col(i));
+    for (int j = 0; j < 3; ++j) testAxis(A.col(i).cross(B.col(j)));
   }
   return least;
 }

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "ttsdf_localization/geometry/pose_perturbation.h"
+
 namespace ttsdf {
 
 Viewpoint viewpointOf(const Eigen::Matrix3Xf& points, const Eigen::Isometry3d& T_map_sensor) {
@@ -74,8 +76,7 @@ Matrix6d withMapErrors(const FrameAgreement& a, const Matrix6d& scan, const Matr
   result.diagonal().head<3>().array() += variance_ratio * a.turn_sensor * a.turn_sensor;
   result.diagonal().tail<3>().array() += variance_ratio * a.shift * a.shift;
   // A turn w about what is seen moves the sensor by -w x lever = hat(lever) w.
-  Eigen::Matrix<double, 6, 3> J;
-  J << Eigen::Matrix3d::Identity(), hat(lever);
+  const Eigen::Matrix<double, 6, 3> J = leverArmJacobian(lever).leftCols<3>();
   result += variance_ratio * a.turn_scene * a.turn_scene * J * J.transpose();
   return 0.5 * (result + result.transpose());
 }

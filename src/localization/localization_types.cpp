@@ -20,39 +20,39 @@ const char* name(LocalizerState state) {
   return "unknown";
 }
 
-const char* name(RefusalReason reason) {
+const char* name(RejectionReason reason) {
   switch (reason) {
-    case RefusalReason::kNone:
+    case RejectionReason::kNone:
       return "none";
-    case RefusalReason::kNotConverged:
+    case RejectionReason::kNotConverged:
       return "not_converged";
-    case RefusalReason::kTooFewPoints:
+    case RejectionReason::kTooFewPoints:
       return "too_few_points";
-    case RefusalReason::kOutsideMap:
+    case RejectionReason::kOutsideMap:
       return "outside_map";
-    case RefusalReason::kResidual:
+    case RejectionReason::kResidual:
       return "residual";
-    case RefusalReason::kInliers:
+    case RejectionReason::kInliers:
       return "inliers";
-    case RefusalReason::kJump:
+    case RejectionReason::kJump:
       return "jump";
-    case RefusalReason::kDegenerate:
+    case RejectionReason::kDegenerate:
       return "degenerate";
-    case RefusalReason::kAmbiguous:
+    case RejectionReason::kAmbiguous:
       return "ambiguous";
-    case RefusalReason::kLowScore:
+    case RejectionReason::kLowScore:
       return "low_score";
-    case RefusalReason::kCancelled:
+    case RejectionReason::kCancelled:
       return "cancelled";
-    case RefusalReason::kNoStartPose:
+    case RejectionReason::kNoStartPose:
       return "no_start_pose";
-    case RefusalReason::kNoMap:
+    case RejectionReason::kNoMap:
       return "no_map";
-    case RefusalReason::kOldStamp:
+    case RejectionReason::kOldStamp:
       return "old_stamp";
-    case RefusalReason::kNoPrior:
+    case RejectionReason::kNoPrior:
       return "no_prior";
-    case RefusalReason::kNoScan:
+    case RejectionReason::kNoScan:
       return "no_scan";
   }
   return "unknown";

@@ -12,7 +12,7 @@ Localizer::Localizer(LocalizerOptions options)
     : options_(std::move(options)),
       motion_(options_.motion),
       last_stamp_(kNeverStamp),
-      last_silent_stamp_(kNeverStamp),
+      last_uninformative_stamp_(kNeverStamp),
       confirmed_from_(kNeverStamp),
       last_search_stamp_(kNeverStamp),
       last_global_stamp_(kNeverStamp) {
@@ -105,8 +105,8 @@ void Localizer::reset() {
   guesses_.clear();
   start_guess_.reset();
   stopConfirming();
-  guess_attempts_ = refused_in_row_ = searches_done_ = globals_done_ = 0;
-  last_stamp_ = last_silent_stamp_ = last_search_stamp_ = last_global_stamp_ = kNeverStamp;
+  guess_attempts_ = rejected_in_row_ = searches_done_ = globals_done_ = 0;
+  last_stamp_ = last_uninformative_stamp_ = last_search_stamp_ = last_global_stamp_ = kNeverStamp;
   state_ = hasMap() ? LocalizerState::kWaitingForPose : LocalizerState::kNoMap;
 }
 
@@ -148,10 +148,10 @@ void Localizer::timeJumpedBack() {
 }
 
 LocalizationUpdate Localizer::process(const LocalizerScan& scan) {
-  // Written so that NaN is refused.
+  // Written so that NaN is rejected.
   if (!(scan.stamp > last_stamp_)) {
-    LocalizationUpdate update = blank(scan);
-    update.reason = RefusalReason::kOldStamp;
+    LocalizationUpdate update = emptyUpdate(scan);
+    update.reason = RejectionReason::kOldStamp;
     update.message = "the scan is not newer than the one before";
     return withState(update);
   }
@@ -167,13 +167,13 @@ LocalizationUpdate Localizer::relocalize(const LocalizerScan& scan, PoseGuess gu
 
 LocalizationUpdate Localizer::handle(const LocalizerScan& scan) {
   if (!hasMap()) {
-    LocalizationUpdate update = blank(scan);
-    update.reason = RefusalReason::kNoMap;
+    LocalizationUpdate update = emptyUpdate(scan);
+    update.reason = RejectionReason::kNoMap;
     update.message = "no map";
     return withState(update);
   }
   if (global_running_) {
-    LocalizationUpdate update = blank(scan);
+    LocalizationUpdate update = emptyUpdate(scan);
     update.message = "global localization is running";
     return withState(update);
   }
@@ -183,7 +183,7 @@ LocalizationUpdate Localizer::handle(const LocalizerScan& scan) {
       return recover(scan);
     case LocalizerState::kNoMap:
     case LocalizerState::kWaitingForPose:
-      return wait(scan);
+      return waitForPose(scan);
     case LocalizerState::kTracking:
     case LocalizerState::kDegraded:
     case LocalizerState::kRelocalizing:
@@ -204,9 +204,9 @@ GlobalJob Localizer::beginGlobal(const LocalizerScan& scan, const std::optional<
 }
 
 LocalizationUpdate Localizer::applyGlobal(const GlobalJob& job) {
-  LocalizationUpdate update = blank(job.scan());
+  LocalizationUpdate update = emptyUpdate(job.scan());
   if (!global_running_ || job.id() != global_id_) {
-    update.reason = RefusalReason::kCancelled;
+    update.reason = RejectionReason::kCancelled;
     update.message = "global localization: overtaken by another pose, map or reset";
     return withState(update);
   }
@@ -214,12 +214,12 @@ LocalizationUpdate Localizer::applyGlobal(const GlobalJob& job) {
   last_global_stamp_ = last_stamp_;
   update.registration = job.result();
   update.registered = true;
-  Refusal refusal = checkTermination(job.result());
-  if (!refusal && !job.result().success)  // there is no prior that could count where the scan says nothing
-    refusal = {RefusalReason::kDegenerate, "the scan does not fix the pose"};
-  if (!refusal)
-    refusal = checkFitAfterSearch(job.result(), options_.gates, options_.gates.recovery_inlier_ratio);
-  if (!refusal) {
+  Rejection rejection = checkTermination(job.result());
+  if (!rejection && !job.result().success)  // there is no prior that could count where the scan says nothing
+    rejection = {RejectionReason::kDegenerate, "the scan does not fix the pose"};
+  if (!rejection)
+    rejection = checkFitAfterSearch(job.result(), options_.gates, options_.gates.recovery_inlier_ratio);
+  if (!rejection) {
     PoseGuess guess{job.T_map_base(),
                     isotropicCovariance(0.02, 0.05),
                     job.scan().stamp,
@@ -236,9 +236,9 @@ LocalizationUpdate Localizer::applyGlobal(const GlobalJob& job) {
     state_ = LocalizerState::kRelocalizing;
     return withState(update);
   }
-  update.reason = refusal.reason;
-  update.message = "global localization: " + refusal.message;
-  if (refusal.reason == RefusalReason::kCancelled) globals_done_ = options_.recovery.global_attempts;
+  update.reason = rejection.reason;
+  update.message = "global localization: " + rejection.message;
+  if (rejection.reason == RejectionReason::kCancelled) globals_done_ = options_.recovery.global_attempts;
   if (motion_.hasPose()) {
     becomeLost(searches_done_);
   } else {
@@ -249,7 +249,7 @@ LocalizationUpdate Localizer::applyGlobal(const GlobalJob& job) {
 
 std::optional<PoseGuess> Localizer::lastPose() const { return last_valid_; }
 
-LocalizationUpdate Localizer::blank(const LocalizerScan& scan) const {
+LocalizationUpdate Localizer::emptyUpdate(const LocalizerScan& scan) const {
   LocalizationUpdate update;
   update.stamp = scan.stamp;
   return update;

@@ -47,7 +47,7 @@ bool Localizer::isAmbiguous(const RegistrationResult& best, const Eigen::Isometr
 
 LocalizationUpdate Localizer::searchAround(const LocalizerScan& scan, const Prediction& candidate,
                                            const SearchOptions& search) {
-  LocalizationUpdate found = blank(scan);
+  LocalizationUpdate found = emptyUpdate(scan);
   const Eigen::Isometry3d T_map_sensor = candidate.T_map_base * scan.T_base_sensor;
   const Matrix6d covariance =
       movedCovariance(candidate.covariance, T_map_sensor.translation() - candidate.T_map_base.translation());
@@ -57,10 +57,10 @@ LocalizationUpdate Localizer::searchAround(const LocalizerScan& scan, const Pred
   found.jump_translation = jump.translation;
   found.jump_rotation = jump.rotation;
   if (!(deviation(found.registration.T_map_sensor, T_map_sensor, covariance) <= kMaxDeviation)) {
-    found.reason = RefusalReason::kJump;
+    found.reason = RejectionReason::kJump;
     found.message = "the best fit lies too far away (" + figures(jump) + ") to be meant";
   } else if (isAmbiguous(found.registration, T_map_sensor, covariance)) {
-    found.reason = RefusalReason::kAmbiguous;
+    found.reason = RejectionReason::kAmbiguous;
     found.message = "another place fits alike (" +
                     figures(poseError(found.registration.T_map_sensor, found.registration.T_map_runner_up)) +
                     " away), and the prior does not tell them apart";
@@ -92,29 +92,29 @@ Prediction Localizer::recoveryPrior(const Prediction& prediction) const {
                               std::min(kMaxSearchTranslation, options_.search.translation_sigma * growth))};
 }
 
-Refusal Localizer::searchGuesses(const LocalizerScan& scan, LocalizationUpdate& best) {
+Rejection Localizer::searchGuesses(const LocalizerScan& scan, LocalizationUpdate& best) {
   SearchOptions search = options_.search;
   search.starts = std::max(1, options_.recovery.start_starts / static_cast<int>(guesses_.size()));
-  Refusal refusal, ambiguous;
+  Rejection rejection, ambiguous;
   bool known = false;  // odometry says where the camera went since the best guess was true
   for (const PoseGuess& guess : guesses_) {
     const Prediction prediction = motion_.predict(guess, scan);
     LocalizationUpdate found =
         searchAround(scan, guess.widen ? withLeastSpread(prediction) : prediction, search);
-    const Refusal refused = checkFound(found);
+    const Rejection its_rejection = checkFound(found);
     bool better = !best.registered || found.registration.score < best.registration.score;
-    if (best.registered && !refusal != !refused) {
-      better = !refused;  // what may be meant comes before what may not
-    } else if (best.registered && !refused && fitsAlike(best, found)) {
+    if (best.registered && !rejection != !its_rejection) {
+      better = !its_rejection;  // what may be meant comes before what may not
+    } else if (best.registered && !its_rejection && fitsAlike(best, found)) {
       better = false;
-      if (!known) ambiguous = {RefusalReason::kAmbiguous, "two of these places fit alike"};
+      if (!known) ambiguous = {RejectionReason::kAmbiguous, "two of these places fit alike"};
     }
     if (!better) continue;
     best = std::move(found);
-    refusal = refused;
+    rejection = its_rejection;
     known = guess.T_odom_base && scan.T_odom_base;
   }
-  return refusal ? refusal : ambiguous;
+  return rejection ? rejection : ambiguous;
 }
 
 bool Localizer::fitsAlike(const LocalizationUpdate& a, const LocalizationUpdate& b) const {
@@ -124,21 +124,21 @@ bool Localizer::fitsAlike(const LocalizationUpdate& a, const LocalizationUpdate&
 }
 
 LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
-  LocalizationUpdate update = blank(scan);
+  LocalizationUpdate update = emptyUpdate(scan);
   state_ = LocalizerState::kRelocalizing;
   update.message = "trying " + joined(guesses_);
   if (!searchDue(scan.stamp, options_.recovery.search_period)) return withState(update);
 
-  const Refusal refusal = searchGuesses(scan, update);
-  if (!refusal) {
+  const Rejection rejection = searchGuesses(scan, update);
+  if (!rejection) {
     double seconds = 0.0;
     for (const PoseGuess& guess : guesses_) seconds = std::max(seconds, guess.confirmation_seconds);
     return acceptFound(scan, update, seconds);
   }
-  update.reason = refusal.reason;
-  update.message = joined(guesses_) + ": " + refusal.message;
+  update.reason = rejection.reason;
+  update.message = joined(guesses_) + ": " + rejection.message;
   // A scan that says nothing says nothing against the guess either.
-  if (refusal.reason != RefusalReason::kTooFewPoints &&
+  if (rejection.reason != RejectionReason::kTooFewPoints &&
       ++guess_attempts_ >= options_.recovery.start_attempts) {
     guesses_.clear();
     becomeLost(options_.recovery.search_attempts);
@@ -146,27 +146,27 @@ LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
   return withState(update);
 }
 
-Refusal Localizer::checkFoundNearLast(const LocalizerScan& scan, const LocalizationUpdate& found) const {
-  if (Refusal refusal = checkFound(found)) return refusal;
+Rejection Localizer::checkFoundNearLast(const LocalizerScan& scan, const LocalizationUpdate& found) const {
+  if (Rejection rejection = checkFound(found)) return rejection;
   return checkMeasured(scan, found.registration);
 }
 
-Refusal Localizer::checkFound(const LocalizationUpdate& found) const {
-  if (!found.registered) return {RefusalReason::kNoPrior, "no pose to search around"};
-  if (Refusal refusal = checkTermination(found.registration)) return refusal;
-  if (Refusal refusal = checkFitAfterSearch(found.registration, options_.gates, recoveryInliers()))
-    return refusal;
-  if (found.reason != RefusalReason::kNone) return {found.reason, found.message};
+Rejection Localizer::checkFound(const LocalizationUpdate& found) const {
+  if (!found.registered) return {RejectionReason::kNoPrior, "no pose to search around"};
+  if (Rejection rejection = checkTermination(found.registration)) return rejection;
+  if (Rejection rejection = checkFitAfterSearch(found.registration, options_.gates, recoveryInliers()))
+    return rejection;
+  if (found.reason != RejectionReason::kNone) return {found.reason, found.message};
   const double most = usual_score_ + options_.gates.recovery_score_margin;
   if (found.registration.score <= most) return {};
   std::ostringstream text;
   text << std::setprecision(2) << "score " << found.registration.score << ", at most " << most
        << " allowed: usual is " << usual_score_ << " (recovery_score_margin)";
-  return {RefusalReason::kLowScore, text.str()};
+  return {RejectionReason::kLowScore, text.str()};
 }
 
 LocalizationUpdate Localizer::recover(const LocalizerScan& scan) {
-  LocalizationUpdate update = blank(scan);
+  LocalizationUpdate update = emptyUpdate(scan);
   const std::optional<Prediction> prior = motion_.predict(scan);
   if (!prior || searches_done_ >= options_.recovery.search_attempts) return escalate(scan, update);
   if (!searchDue(scan.stamp, options_.recovery.search_period)) {
@@ -174,17 +174,17 @@ LocalizationUpdate Localizer::recover(const LocalizerScan& scan) {
     return withState(update);
   }
   update = searchAround(scan, recoveryPrior(*prior), options_.search);
-  const Refusal refusal = checkFoundNearLast(scan, update);
-  if (!refusal) return acceptFound(scan, update, options_.recovery.confirmation_seconds);
-  if (refusal.reason != RefusalReason::kTooFewPoints) ++searches_done_;
-  update.reason = refusal.reason;
-  update.message = "lost, searching near the last pose: " + refusal.message;
+  const Rejection rejection = checkFoundNearLast(scan, update);
+  if (!rejection) return acceptFound(scan, update, options_.recovery.confirmation_seconds);
+  if (rejection.reason != RejectionReason::kTooFewPoints) ++searches_done_;
+  update.reason = rejection.reason;
+  update.message = "lost, searching near the last pose: " + rejection.message;
   return withState(update);
 }
 
 LocalizationUpdate Localizer::escalate(const LocalizerScan& scan, LocalizationUpdate& update) {
   const auto& recovery = options_.recovery;
-  update.reason = RefusalReason::kNoStartPose;
+  update.reason = RejectionReason::kNoStartPose;
   if (!recovery.allow_global || globals_done_ >= recovery.global_attempts) {
     state_ = LocalizerState::kWaitingForPose;
     update.message = "waiting for a pose: nothing found near the last one";
@@ -197,13 +197,13 @@ LocalizationUpdate Localizer::escalate(const LocalizerScan& scan, LocalizationUp
   return withState(update);
 }
 
-LocalizationUpdate Localizer::wait(const LocalizerScan& scan) {
+LocalizationUpdate Localizer::waitForPose(const LocalizerScan& scan) {
   const auto& recovery = options_.recovery;
-  LocalizationUpdate update = blank(scan);
+  LocalizationUpdate update = emptyUpdate(scan);
   if (!motion_.hasPose() && recovery.start_globally && globals_done_ < recovery.global_attempts) {
     return escalate(scan, update);
   }
-  update.reason = RefusalReason::kNoStartPose;
+  update.reason = RejectionReason::kNoStartPose;
   const std::optional<Prediction> prior = motion_.predict(scan);
   if (prior && recovery.waiting_retry_seconds > 0.0 &&
       searchDue(scan.stamp, recovery.waiting_retry_seconds)) {

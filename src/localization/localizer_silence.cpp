@@ -25,7 +25,7 @@ std::optional<LocalizationUpdate> Localizer::withoutScans(double seconds, double
   }
   LocalizationUpdate update;
   update.stamp = motion_.lastStamp() + seconds;
-  update.reason = RefusalReason::kNoScan;
+  update.reason = RejectionReason::kNoScan;
   char text[64];
   std::snprintf(text, sizeof(text), "no usable scan for %.1f s", seconds);
   update.message = text;

@@ -1,4 +1,4 @@
-// Tracking: a scan near its prior is registered with the prior, checked, and accepted or refused.
+// Tracking: a scan near its prior is registered with the prior, checked, and accepted or rejected.
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -43,23 +43,23 @@ PoseError setJump(const PoseEstimate& prior, LocalizationUpdate& update) {
 }  // namespace
 
 LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
-  LocalizationUpdate update = blank(scan);
+  LocalizationUpdate update = emptyUpdate(scan);
   const std::optional<Prediction> prior = motion_.predict(scan);
-  if (!prior) return refuse(scan, {RefusalReason::kNoPrior, "no external prior for this scan"}, update);
+  if (!prior) return reject(scan, {RejectionReason::kNoPrior, "no external prior for this scan"}, update);
 
   update.registration = alignNear(scan, *prior);
   update.registered = true;
-  Refusal refusal = checkTermination(update.registration);
-  if (!refusal) {
+  Rejection rejection = checkTermination(update.registration);
+  if (!rejection) {
     const PoseError jump = setJump(atSensor(scan, *prior), update);
-    refusal = checkFit(update.registration, options_.gates, trackingInliers());
-    if (!refusal) refusal = checkJump(jump, options_.gates);
+    rejection = checkFit(update.registration, options_.gates, trackingInliers());
+    if (!rejection) rejection = checkJump(jump, options_.gates);
   }
-  if (!refusal) refusal = checkPlausible(scan, *prior, update.registration);
-  if (!refusal && returnsFromGuess(scan, update.registration)) return returnFromGuess(scan, *prior);
-  if (!refusal) return accept(scan, *prior, update);
+  if (!rejection) rejection = checkPlausible(scan, *prior, update.registration);
+  if (!rejection && returnsFromGuess(scan, update.registration)) return returnFromGuess(scan, *prior);
+  if (!rejection) return accept(scan, *prior, update);
 
-  if (!saysNothing(refusal.reason) && searchDue(scan.stamp, options_.recovery.search_period)) {
+  if (!isUninformative(rejection.reason) && searchDue(scan.stamp, options_.recovery.search_period)) {
     const Prediction spread{prior->T_map_base,
                             prior->covariance + isotropicCovariance(options_.search.rotation_sigma,
                                                                     options_.search.translation_sigma)};
@@ -74,11 +74,11 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
       return acceptFound(scan, found, options_.recovery.confirmation_seconds);
     }
   }
-  return refuse(scan, refusal, update);
+  return reject(scan, rejection, update);
 }
 
-Refusal Localizer::checkPlausible(const LocalizerScan& scan, const Prediction& prior,
-                                  const RegistrationResult& result) const {
+Rejection Localizer::checkPlausible(const LocalizerScan& scan, const Prediction& prior,
+                                    const RegistrationResult& result) const {
   const PoseEstimate expected = atSensor(scan, prior);
   const double sigmas = deviation(result.T_map_sensor, expected.T, expected.covariance + result.covariance);
   // What the motion does not explain, the scan has to.
@@ -90,18 +90,18 @@ Refusal Localizer::checkPlausible(const LocalizerScan& scan, const Prediction& p
   std::snprintf(text, sizeof(text),
                 "%.2f m and %.2f rad from the prior: %.1f standard deviations, at most %.0f allowed",
                 jump.translation, jump.rotation, sigmas, kMaxDeviation);
-  return {RefusalReason::kJump, text};
+  return {RejectionReason::kJump, text};
 }
 
 RegistrationResult Localizer::alignWith(Registration& registration, const LocalizerScan& scan,
                                         const PoseEstimate& prior) {
   RegistrationResult result = registration.align(scan.points, prior.T, prior.covariance);
-  const PoseEstimate less_certain = lessCertain(prior, result.T_map_sensor);
+  const PoseEstimate inflated = inflatedToInclude(prior, result.T_map_sensor);
   // Slipping wheels: a prior that the scan contradicts beyond chance is less certain than it claims.
-  if (result.success && less_certain.covariance != prior.covariance) {
+  if (result.success && inflated.covariance != prior.covariance) {
     const double milliseconds = result.milliseconds;
     result = registration.alignFrom(scan.points, {result.T_map_sensor},
-                                    PosePrior::fromCovariance(prior.T, less_certain.covariance));
+                                    PosePrior::fromCovariance(prior.T, inflated.covariance));
     result.milliseconds += milliseconds;
   }
   return result;
@@ -111,9 +111,9 @@ RegistrationResult Localizer::alignNear(const LocalizerScan& scan, const Predict
   // The map alone first: it does not see people in front of it, which pull the far field's wide kernels away.
   const PoseEstimate expected = atSensor(scan, prior);
   RegistrationResult near = alignWith(*tracker_, scan, expected);
-  Refusal refusal = checkTermination(near);
-  if (!refusal) refusal = checkFit(near, options_.gates, trackingInliers());
-  if (!refusal || saysNothing(refusal.reason)) return near;
+  Rejection rejection = checkTermination(near);
+  if (!rejection) rejection = checkFit(near, options_.gates, trackingInliers());
+  if (!rejection || isUninformative(rejection.reason)) return near;
   RegistrationResult far = alignWith(*registration_, scan, expected);
   far.milliseconds += near.milliseconds;
   far.iterations += near.iterations;
@@ -125,9 +125,9 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   setJump(atSensor(scan, prior), update);
   const RegistrationResult& result = update.registration;
   fillPose(scan, {result.T_map_sensor, result.covariance}, update);
-  const Refusal guessed = checkMeasured(scan, result);
+  const Rejection guessed = checkMeasured(scan, result);
   motion_.correct(scan, update.T_map_base, update.covariance, result.degenerate_directions == 0);
-  refused_in_row_ = 0;
+  rejected_in_row_ = 0;
   if (guessed) return followGuess(scan, guessed, update);
   const bool measured = motion_.guessedSigma(scan) == 0.0;  // by the scan or by the odometry
   if (measured) confirmations_left_ = std::max(0, confirmations_left_ - 1);
@@ -139,7 +139,7 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   return markValid(scan, update);
 }
 
-Refusal Localizer::checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const {
+Rejection Localizer::checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const {
   const double sigma = motion_.guessedSigma(scan);
   if (result.degenerate_directions == 0 || kSure * sigma <= options_.gates.max_guessed_translation) return {};
   char text[192];
@@ -148,7 +148,7 @@ Refusal Localizer::checkMeasured(const LocalizerScan& scan, const RegistrationRe
       "%d directions without information and no odometry: the position along them may be off by %.2f m, "
       "at most %.2f m allowed (max_guessed_translation)",
       result.degenerate_directions, kSure * sigma, options_.gates.max_guessed_translation);
-  return {RefusalReason::kDegenerate, text};
+  return {RejectionReason::kDegenerate, text};
 }
 
 bool Localizer::returnsFromGuess(const LocalizerScan& scan, const RegistrationResult& result) const {
@@ -159,13 +159,13 @@ bool Localizer::returnsFromGuess(const LocalizerScan& scan, const RegistrationRe
 
 LocalizationUpdate Localizer::returnFromGuess(const LocalizerScan& scan, const Prediction& prior) {
   if (!searchDue(scan.stamp, options_.recovery.search_period)) {
-    LocalizationUpdate update = blank(scan);
-    return followGuess(scan, {RefusalReason::kDegenerate, "guessed for long: the place has to be searched"},
+    LocalizationUpdate update = emptyUpdate(scan);
+    return followGuess(scan, {RejectionReason::kDegenerate, "guessed for long: the place has to be searched"},
                        update);
   }
   LocalizationUpdate found = searchAround(scan, prior, options_.search);
-  const Refusal refusal = checkFoundNearLast(scan, found);
-  if (refusal) return refuse(scan, refusal, found);
+  const Rejection rejection = checkFoundNearLast(scan, found);
+  if (rejection) return reject(scan, rejection, found);
   if (kSure * motion_.guessedSigma(scan) <= options_.gates.max_jump_translation)
     return accept(scan, prior, found);
   const RegistrationResult& result = found.registration;
@@ -174,10 +174,10 @@ LocalizationUpdate Localizer::returnFromGuess(const LocalizerScan& scan, const P
   return startConfirming(scan, options_.recovery.confirmation_seconds, found);
 }
 
-LocalizationUpdate Localizer::followGuess(const LocalizerScan& scan, const Refusal& refusal,
+LocalizationUpdate Localizer::followGuess(const LocalizerScan& scan, const Rejection& rejection,
                                           LocalizationUpdate& update) {
-  update.reason = refusal.reason;
-  update.message = refusal.message;
+  update.reason = rejection.reason;
+  update.message = rejection.message;
   if (scan.stamp - motion_.measuredStamp() >= options_.recovery.coast_seconds) {
     stopConfirming();
     becomeLost(0);
@@ -192,7 +192,7 @@ LocalizationUpdate Localizer::acceptFound(const LocalizerScan& scan, Localizatio
   const auto& search = options_.search;
   const Matrix6d spread = isotropicCovariance(search.rotation_sigma, search.translation_sigma);
   const RegistrationResult& result = update.registration;
-  fillPose(scan, {result.T_map_sensor, noLooserThan(result.covariance, spread)}, update);
+  fillPose(scan, {result.T_map_sensor, covarianceBoundedBy(result.covariance, spread)}, update);
   motion_.setPose(scan, update.T_map_base, update.covariance);
   return startConfirming(scan, seconds, update);
 }
@@ -201,7 +201,7 @@ LocalizationUpdate Localizer::startConfirming(const LocalizerScan& scan, double 
                                               LocalizationUpdate& update) {
   update.relocalized = true;
   guesses_.clear();
-  guess_attempts_ = refused_in_row_ = 0;
+  guess_attempts_ = rejected_in_row_ = 0;
   confirmations_left_ = options_.recovery.confirmation_scans;
   confirming_inliers_ = recoveryInliers();
   confirmed_from_ = seconds > 0.0 ? scan.stamp + seconds : kNeverStamp;
@@ -229,28 +229,28 @@ LocalizationUpdate Localizer::markValid(const LocalizerScan& scan, LocalizationU
   return withState(update);
 }
 
-LocalizationUpdate Localizer::refuse(const LocalizerScan& scan, const Refusal& refusal,
+LocalizationUpdate Localizer::reject(const LocalizerScan& scan, const Rejection& rejection,
                                      LocalizationUpdate& update) {
-  update.reason = refusal.reason;
-  update.message = refusal.message;
-  ++refused_in_row_;
-  const bool silent = saysNothing(refusal.reason) && scan.T_odom_base;
+  update.reason = rejection.reason;
+  update.message = rejection.message;
+  ++rejected_in_row_;
+  const bool uninformative = isUninformative(rejection.reason) && scan.T_odom_base;
   const bool brief = scan.stamp - motion_.lastStamp() < options_.recovery.lost_after_seconds;
-  if (confirming() && silent && brief) return withState(update);  // a hand over the lens
+  if (confirming() && uninformative && brief) return withState(update);  // a hand over the lens
   if (confirming()) {
     stopConfirming();
     becomeLost(searches_done_);
-    update.message = "the pose found was not confirmed: " + refusal.message;
+    update.message = "the pose found was not confirmed: " + rejection.message;
     return withState(update);
   }
   // A scan that says nothing does not speak against the odometry, and interrupts those that do.
   const auto& recovery = options_.recovery;
-  if (silent) last_silent_stamp_ = scan.stamp;
+  if (uninformative) last_uninformative_stamp_ = scan.stamp;
   const double since_good = scan.stamp - motion_.lastStamp();
-  const double contradicted = std::min(since_good, scan.stamp - last_silent_stamp_);
-  const bool lost = refused_in_row_ >= recovery.lost_after_scans &&
+  const double contradicted = std::min(since_good, scan.stamp - last_uninformative_stamp_);
+  const bool lost = rejected_in_row_ >= recovery.lost_after_scans &&
                     (since_good >= std::max(recovery.coast_seconds, recovery.lost_after_seconds) ||
-                     (!silent && contradicted >= recovery.lost_after_seconds));
+                     (!uninformative && contradicted >= recovery.lost_after_seconds));
   if (lost) {
     becomeLost(0);
   } else {
@@ -274,7 +274,7 @@ void Localizer::forgetUsualFit() {
 void Localizer::becomeLost(int searches_done) {
   state_ = LocalizerState::kLost;
   searches_done_ = searches_done;
-  refused_in_row_ = 0;
+  rejected_in_row_ = 0;
   motion_.stop();
 }
 

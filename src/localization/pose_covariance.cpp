@@ -5,22 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ttsdf_localization/geometry/pose_perturbation.h"
+
 namespace ttsdf {
 
-namespace {
-/// From the prior to a pose, left perturbation about the frame's position.
-Vector6d innovation(const Eigen::Isometry3d& T_prior, const Eigen::Isometry3d& T) {
-  Vector6d xi;
-  xi << logSo3(T.linear() * T_prior.linear().transpose()), T.translation() - T_prior.translation();
-  return xi;
-}
-
-}  // namespace
-
 Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Vector3d& offset) {
-  // A small rotation w moves the new point by w x offset = -hat(offset) w.
-  Matrix6d J = Matrix6d::Identity();
-  J.bottomLeftCorner<3, 3>() = -hat(offset);
+  const Matrix6d J = leverArmJacobian(-offset);
   return J * covariance * J.transpose();
 }
 
@@ -32,21 +22,21 @@ Matrix6d isotropicCovariance(double rotation_sigma, double translation_sigma) {
 }
 
 double deviation(const Eigen::Isometry3d& T, const Eigen::Isometry3d& T_prior, const Matrix6d& covariance) {
-  const Vector6d xi = innovation(T_prior, T);
+  const Vector6d xi = posePerturbation(T_prior, T);
   const Matrix6d spread = covariance + isotropicCovariance(0.02, 0.05);  // nobody points more exactly
   return std::sqrt(std::max(0.0, xi.dot(spread.ldlt().solve(xi))));
 }
 
-PoseEstimate lessCertain(const PoseEstimate& prior, const Eigen::Isometry3d& T) {
+PoseEstimate inflatedToInclude(const PoseEstimate& prior, const Eigen::Isometry3d& T) {
   constexpr double kChance = 22.5;  // 99.9 % quantile of the chi-squared distribution of 6 degrees of freedom
-  const Vector6d xi = innovation(prior.T, T);
+  const Vector6d xi = posePerturbation(prior.T, T);
   const double deviation = xi.dot(prior.covariance.ldlt().solve(xi));
   if (!(deviation > kChance)) return prior;
   // By Sherman and Morrison this leaves a deviation of exactly kChance.
   return {prior.T, prior.covariance + (1.0 / kChance - 1.0 / deviation) * xi * xi.transpose()};
 }
 
-Matrix6d noLooserThan(const Matrix6d& measured, const Matrix6d& prior) {
+Matrix6d covarianceBoundedBy(const Matrix6d& measured, const Matrix6d& prior) {
   // W diagonalises both at once: W^T prior W = 1 and W^T measured W = ratios, rising.
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6d> both(measured, prior);
   if (both.info() != Eigen::Success) return measured;

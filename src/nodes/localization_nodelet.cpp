@@ -15,13 +15,13 @@ class LocalizationNodelet : public nodelet::Nodelet {
           std::make_unique<ttsdf::LocalizationRos>(getNodeHandle(), getPrivateNodeHandle(), getName());
     } catch (const std::exception& error) {
       NODELET_FATAL_STREAM("does not start: " << error.what());
-      refusal_ =
-          ttsdf::publishRefusal(getNodeHandle(), error.what());  // the manager and its other nodelets live on
+      // The manager and its other nodelets live on.
+      start_error_ = ttsdf::publishStartError(getNodeHandle(), error.what());
     }
   }
 
   std::unique_ptr<ttsdf::LocalizationRos> localization_;
-  ros::Publisher refusal_;
+  ros::Publisher start_error_;
 };
 
 }  // namespace ttsdf_localization

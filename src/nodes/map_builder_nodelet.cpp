@@ -16,12 +16,12 @@ class MapBuilderNodelet : public nodelet::Nodelet {
       builder_ = std::make_unique<ttsdf::MapBuilderRos>(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& error) {
       NODELET_FATAL_STREAM("Map builder not started: " << error.what());
-      refusal_ = ttsdf::publishBuilderRefusal(getPrivateNodeHandle(), error.what());
+      start_error_ = ttsdf::publishBuilderStartError(getPrivateNodeHandle(), error.what());
     }
   }
 
   std::unique_ptr<ttsdf::MapBuilderRos> builder_;
-  ros::Publisher refusal_;
+  ros::Publisher start_error_;
 };
 
 }  // namespace ttsdf_localization

@@ -5,6 +5,7 @@
 
 #include "registration_impl.h"
 #include "result.h"
+#include "ttsdf_localization/geometry/pose_perturbation.h"
 #include "verification/uncertainty.h"
 
 namespace ttsdf {
@@ -19,11 +20,11 @@ constexpr double kGridShift = 0.2;           // of a voxel, by which all surface
 
 Vector6d Registration::Impl::measuredInformation(const Verification& verification, const StageResult& stage,
                                                  const InformationAnalysis& info) const {
-  Vector6d information = dataWeight(stage.equations, supposedSigma(scales_.last)) * info.share;
+  Vector6d information = dataWeight(stage.equations, kernelSigma(scales_.last)) * info.share;
   for (std::size_t d = 0; d < 6; ++d) {
     const auto row = static_cast<Eigen::Index>(d);
-    if (verification.silent[d]) information[row] = 0.0;
-    if (verification.unnoticed[d])
+    if (verification.without_information[d]) information[row] = 0.0;
+    if (verification.without_evidence[d])
       information[row] = std::min(information[row], 1.0 / (unnoticedSigma() * unnoticedSigma()));
   }
   return information;
@@ -32,17 +33,17 @@ Vector6d Registration::Impl::measuredInformation(const Verification& verificatio
 void Registration::Impl::restorePrior(const Verification& verification, StageResult& stage) const {
   if (verification.degenerate_directions == 0) return;
   const InformationAnalysis info = analyseInformation(stage.equations, scan_.radius());
-  stage.T_map_sensor = betweenFitAndPrior(scan_, stage.T_map_sensor, info.directions,
-                                          measuredInformation(verification, stage, info), prior_);
+  stage.T_map_sensor = fuseWithPrior(scan_, stage.T_map_sensor, info.directions,
+                                     measuredInformation(verification, stage, info), prior_);
   stage.equations = linearize(*field_, scan_, scan_.fitted(), stage.T_map_sensor, model(scales_.last));
 }
 
-Verification Registration::Impl::examine(const StageResult& stage, const HeldOut& held_out) const {
+Verification Registration::Impl::verifyStage(const StageResult& stage, const HeldOut& held_out) const {
   return verify(*field_, scan_, held_out, stage.T_map_sensor, stage.equations, prior_, model(scales_.last),
                 scales_, options_.degenerate_threshold);
 }
 
-void Registration::Impl::describe(const StageResult& stage, RegistrationResult& result) const {
+void Registration::Impl::fillStatistics(const StageResult& stage, RegistrationResult& result) const {
   report(stage.equations, stage.T_map_sensor, result);
   result.iterations = iterations_;
   const InformationAnalysis info = analyseInformation(stage.equations, scan_.radius());
@@ -93,8 +94,7 @@ Matrix6d Registration::Impl::measuredCovariance(const StageResult& stage) const 
                          std::max(scan_.radius() / kCovarianceClusters, scales_.voxel),
                          options_.degenerate_threshold, kUnmeasured);
   // Twists about the sensor's position: its translation also moves by the rotation times the lever arm.
-  Matrix6d shift = Matrix6d::Identity();
-  shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());
+  const Matrix6d shift = leverArmJacobian(stage.T_map_sensor.linear() * scan_.centroid());
   return shift * about_centroid * shift.transpose();
 }
 
@@ -102,14 +102,13 @@ Matrix6d Registration::Impl::posteriorCovariance(const StageResult& stage,
                                                  const Verification& verification) const {
   Matrix6d measured = measuredCovariance(stage);
   const InformationAnalysis info = analyseInformation(stage.equations, scan_.radius());
-  Matrix6d shift = Matrix6d::Identity();
-  shift.bottomLeftCorner<3, 3>() = hat(stage.T_map_sensor.linear() * scan_.centroid());
+  const Matrix6d shift = leverArmJacobian(stage.T_map_sensor.linear() * scan_.centroid());
   for (std::size_t d = 0; d < 6; ++d) {
-    if (!verification.unnoticed[d] && !verification.silent[d]) continue;
+    if (!verification.without_evidence[d] && !verification.without_information[d]) continue;
     Vector6d along = info.directions.col(static_cast<Eigen::Index>(d));
     along.head<3>() /= std::max(scan_.radius(), 1e-3);
     along = shift * along;
-    const double sigma = verification.silent[d] ? kUnmeasured : unnoticedSigma();
+    const double sigma = verification.without_information[d] ? kUnmeasured : unnoticedSigma();
     measured += sigma * sigma * along * along.transpose();
   }
   const Matrix6d posterior = (measured.inverse() + prior_.information).inverse();

@@ -53,16 +53,15 @@ StageOptions Registration::Impl::stageOptions(double scale, int points, int iter
   return stage;
 }
 
-Eigen::Isometry3d Registration::Impl::heldToPrior(const Eigen::Isometry3d& T) {
+Eigen::Isometry3d Registration::Impl::fusedWithPrior(const Eigen::Isometry3d& T) {
   const NormalEquations e =
       linearize(*field_, scan_, scan_.prefix(kMiddlePoints), T, model(scales_.near_second));
   ++iterations_;
   if (!(e.weight > 0.0)) return T;
-  return weighAgainstPrior(e, scan_, T, prior_, supposedSigma(scales_.near_first),
-                           gradientNoise(e, scales_.voxel));
+  return fuseWithPrior(e, scan_, T, prior_, kernelSigma(scales_.near_first), gradientNoise(e, scales_.voxel));
 }
 
-Registration::Impl::Hypothesis Registration::Impl::approach(const Eigen::Isometry3d& T_start) {
+Registration::Impl::Hypothesis Registration::Impl::solveHypothesis(const Eigen::Isometry3d& T_start) {
   Hypothesis h;
   const int points = scan_.prefix(kMiddlePoints);
   Eigen::Isometry3d T = T_start;
@@ -78,7 +77,7 @@ Registration::Impl::Hypothesis Registration::Impl::approach(const Eigen::Isometr
   second.cost_epsilon = kMiddleCostEpsilon;
   h.stage = levenbergMarquardt(*field_, scan_, T, second);
   iterations_ += h.stage.iterations;
-  weigh(h);
+  evaluateCost(h);
   return h;
 }
 
@@ -87,24 +86,24 @@ void Registration::Impl::checkRays(Hypothesis& h) const {
   h.blocked = blockedShare(*field_, long_range_.get(), scan_, h.T_blocked, kRays);
 }
 
-void Registration::Impl::weigh(Hypothesis& h) const {
+void Registration::Impl::evaluateCost(Hypothesis& h) const {
   checkRays(h);
   h.cost = kIndependentPoints * (score(h.stage.equations) + h.blocked) +
            0.5 * prior_.squaredDistance(h.stage.T_map_sensor);
 }
 
-void Registration::Impl::consider(const Hypothesis& other, double margin, std::vector<Hypothesis>& all) {
+void Registration::Impl::addHypothesis(const Hypothesis& other, double margin, std::vector<Hypothesis>& all) {
   all.push_back(other);
   if (other.cost + margin < all.front().cost) std::swap(all.front(), all.back());
 }
 
-bool Registration::Impl::prefer(const Hypothesis& other, double margin, Hypothesis& best) {
+bool Registration::Impl::replaceIfBetter(const Hypothesis& other, double margin, Hypothesis& best) {
   if (!(other.cost + margin < best.cost)) return false;
   best = other;
   return true;
 }
 
-double Registration::Impl::badness(const Hypothesis& h) {
+double Registration::Impl::knownSpaceScore(const Hypothesis& h) {
   const NormalEquations& e = h.stage.equations;
   if (e.valid < 0.5 * e.points()) return 2.0;
   return (e.score + e.behind) / std::max(1, e.valid + e.behind) + h.blocked;
@@ -154,10 +153,10 @@ void Registration::Impl::restart(std::vector<Hypothesis>& all) {
                                   scales_.tolerance, scales_.tolerance / scales_.lever);
   iterations_ += static_cast<int>(starts.size() * descent.scales.size());
   for (const Candidate& candidate : found)
-    consider(approach(heldToPrior(candidate.T_map_sensor)), kMargin, all);
+    addHypothesis(solveHypothesis(fusedWithPrior(candidate.T_map_sensor)), kMargin, all);
 }
 
-Eigen::Isometry3d Registration::Impl::pullIn(const Eigen::Isometry3d& T_start, double most) {
+Eigen::Isometry3d Registration::Impl::descendFarField(const Eigen::Isometry3d& T_start, double most) {
   const NormalEquations start = linearize(*long_range_, coarse_, coarse_.size(), T_start, ResidualModel());
   ++iterations_;
   if (start.valid == 0) return T_start;

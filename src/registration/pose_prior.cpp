@@ -2,15 +2,9 @@
 
 #include <Eigen/Eigenvalues>
 
-namespace ttsdf {
+#include "ttsdf_localization/geometry/pose_perturbation.h"
 
-namespace {
-Vector6d displacement(const Eigen::Isometry3d& T_prior, const Eigen::Isometry3d& T) {
-  Vector6d e;
-  e << logSo3(T.linear() * T_prior.linear().transpose()), T.translation() - T_prior.translation();
-  return e;
-}
-}  // namespace
+namespace ttsdf {
 
 PosePrior PosePrior::fromCovariance(const Eigen::Isometry3d& T_map_sensor, const Matrix6d& covariance) {
   constexpr double kLeastVariance = 1e-10;  // (10 um, 10 urad): nobody knows better
@@ -27,17 +21,16 @@ PosePrior PosePrior::fromSigmas(const Eigen::Isometry3d& T_map_sensor, double tr
 }
 
 double PosePrior::squaredDistance(const Eigen::Isometry3d& T) const {
-  const Vector6d e = displacement(T_map_sensor, T);
+  const Vector6d e = posePerturbation(T_map_sensor, T);
   return e.dot(information * e);
 }
 
 void PosePrior::add(const Eigen::Isometry3d& T, const Eigen::Vector3d& centroid, Matrix6d& H,
                     Vector6d& g) const {
   // A twist [w; v] about the centroid moves the sensor by v + w x (t - c).
-  Matrix6d J = Matrix6d::Identity();
-  J.bottomLeftCorner<3, 3>() = hat(T.linear() * centroid);
+  const Matrix6d J = leverArmJacobian(T.linear() * centroid);
   H += J.transpose() * information * J;
-  g += J.transpose() * information * displacement(T_map_sensor, T);
+  g += J.transpose() * information * posePerturbation(T_map_sensor, T);
 }
 
 }  // namespace ttsdf

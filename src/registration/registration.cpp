@@ -74,20 +74,20 @@ Registration::Impl::Impl(std::shared_ptr<const DistanceField> field, const Regis
     long_range_ = makeLongRangeField(*field_);
     field_->warmUp();  // whose cache is full of far places now
   }
-  pulls_in_ = wanted && long_range_;
+  uses_far_field_ = wanted && long_range_;
 }
 
 RegistrationResult Registration::Impl::align(const ScanPoints& points, const Eigen::Isometry3d& T_prior,
                                              const std::optional<Matrix6d>& covariance) {
   const auto begin = Clock::now();
-  RegistrationResult result = startWith(points, T_prior);
+  RegistrationResult result = prepareScan(points, T_prior);
   if (usable(T_prior)) {
     prepare(*field_, scan_, scan_.size(), T_prior);
     if (options_.method == "gauss_newton") {
-      solvePlain(T_prior, result);
+      solveGaussNewton(T_prior, result);
     } else {
       prior_ = covariance ? PosePrior::fromCovariance(T_prior, *covariance) : defaultPrior(T_prior);
-      solveNear(result);
+      solveFromPrior(result);
     }
   }
   result.milliseconds = millisecondsSince(begin);
@@ -98,14 +98,14 @@ RegistrationResult Registration::Impl::alignFrom(const ScanPoints& points,
                                                  const std::vector<Eigen::Isometry3d>& starts,
                                                  const PosePrior& prior) {
   const auto begin = Clock::now();
-  RegistrationResult result = startWith(points, prior.T_map_sensor);
+  RegistrationResult result = prepareScan(points, prior.T_map_sensor);
   prior_ = prior;
-  if (usable(prior.T_map_sensor) && !starts.empty()) solveFrom(starts, result);
+  if (usable(prior.T_map_sensor) && !starts.empty()) solveFromStarts(starts, result);
   result.milliseconds = millisecondsSince(begin);
   return result;
 }
 
-RegistrationResult Registration::Impl::startWith(const ScanPoints& points, const Eigen::Isometry3d& T) {
+RegistrationResult Registration::Impl::prepareScan(const ScanPoints& points, const Eigen::Isometry3d& T) {
   RegistrationResult result;
   result.T_map_sensor = T;
   scan_.assign(points, options_.max_points);
@@ -128,14 +128,14 @@ PosePrior Registration::Impl::defaultPrior(const Eigen::Isometry3d& T) const {
   return PosePrior::fromSigmas(T, translation, options_.prior_rotation_sigma);
 }
 
-void Registration::Impl::solvePlain(const Eigen::Isometry3d& T_prior, RegistrationResult& result) {
+void Registration::Impl::solveGaussNewton(const Eigen::Isometry3d& T_prior, RegistrationResult& result) {
   prior_ = PosePrior{T_prior, Matrix6d::Zero()};
   StageOptions stage = stageOptions(scales_.last, scan_.size(), options_.max_iterations);
   stage.model.robust = false;
   stage.model.limit_gradient = false;
   const StageResult solved = gaussNewton(*field_, scan_, T_prior, stage);
   iterations_ = solved.iterations;
-  describe(solved, result);
+  fillStatistics(solved, result);
   result.success =
       result.reason == TerminationReason::kConverged || result.reason == TerminationReason::kMaxIterations;
   if (result.success && result.inlier_ratio < options_.min_inlier_ratio) {
@@ -145,39 +145,40 @@ void Registration::Impl::solvePlain(const Eigen::Isometry3d& T_prior, Registrati
   if (result.success) result.covariance = measuredCovariance(solved);
 }
 
-void Registration::Impl::solveNear(RegistrationResult& result) {
+void Registration::Impl::solveFromPrior(RegistrationResult& result) {
   const Eigen::Isometry3d& T_prior = prior_.T_map_sensor;
-  std::vector<Hypothesis> all{approach(T_prior)};
-  if (pulls_in_ && badness(all.front()) > kFinePart * options_.restart_score) {
+  std::vector<Hypothesis> all{solveHypothesis(T_prior)};
+  if (uses_far_field_ && knownSpaceScore(all.front()) > kFinePart * options_.restart_score) {
     coarse_.assign(scan_, kCoarsePoints);
     // Wide for a start that is far off; narrow where most of the scan is not mapped, and pulls elsewhere.
     for (const double widest : {scales_.widest, scales_.near_first}) {
-      const Eigen::Isometry3d T_far = heldToPrior(pullIn(T_prior, widest));
+      const Eigen::Isometry3d T_far = fusedWithPrior(descendFarField(T_prior, widest));
       const auto same = [&](const Hypothesis& h) {
         const PoseError apart = poseError(T_far, h.stage.T_map_sensor);
         return apart.translation + apart.rotation * scales_.lever <= scales_.tolerance;
       };
       if (std::none_of(all.begin(), all.end(), same))
-        consider(approach(T_far), widest == scales_.widest ? 0.0 : kMargin, all);
+        addHypothesis(solveHypothesis(T_far), widest == scales_.widest ? 0.0 : kMargin, all);
     }
-    if (options_.restarts > 0 && badness(all.front()) > options_.restart_score) restart(all);
+    if (options_.restarts > 0 && knownSpaceScore(all.front()) > options_.restart_score) restart(all);
   }
   const RegistrationResult blank = result;
-  conclude(all.front(), result);
+  refineAndVerify(all.front(), result);
   // In a map with gaps another place may explain more of the scan, and badly: what is known decides.
   if (!result.success) sortByCost(all.begin() + 1, all.end());
   for (std::size_t n = 1; n < all.size() && !result.success; ++n) {
     RegistrationResult other = blank;
-    conclude(all[n], other);
+    refineAndVerify(all[n], other);
     if (other.success) result = other;
   }
 }
 
-void Registration::Impl::solveFrom(const std::vector<Eigen::Isometry3d>& starts, RegistrationResult& result) {
+void Registration::Impl::solveFromStarts(const std::vector<Eigen::Isometry3d>& starts,
+                                         RegistrationResult& result) {
   std::vector<Hypothesis> all;
-  for (const auto& T : starts) all.push_back(approach(heldToPrior(T)));
+  for (const auto& T : starts) all.push_back(solveHypothesis(fusedWithPrior(T)));
   sortByCost(all.begin(), all.end());
-  conclude(all.front(), result);
+  refineAndVerify(all.front(), result);
   for (const Hypothesis& other : all) {
     const PoseError e = poseError(result.T_map_sensor, other.stage.T_map_sensor);
     const bool same = e.translation < kSamePlace * scan_.radius() && e.rotation < kSameAngle;
@@ -188,24 +189,24 @@ void Registration::Impl::solveFrom(const std::vector<Eigen::Isometry3d>& starts,
   }
 }
 
-void Registration::Impl::conclude(Hypothesis& best, RegistrationResult& result) {
+void Registration::Impl::refineAndVerify(Hypothesis& best, RegistrationResult& result) {
   refine(best.stage);
   const HeldOut held_out(scan_, std::max(scan_.radius() / kClustersPerRadius, scales_.voxel));
-  Verification verification = examine(best.stage, held_out);
-  if (!verification.better.empty()) {
+  Verification verification = verifyStage(best.stage, held_out);
+  if (!verification.better_poses.empty()) {
     // Along a weak direction another pose may explain the scan better.
-    weigh(best);
+    evaluateCost(best);
     bool moved = false;
-    for (const auto& T : verification.better) {
-      Hypothesis other = approach(T);
+    for (const auto& T : verification.better_poses) {
+      Hypothesis other = solveHypothesis(T);
       refine(other.stage);
-      weigh(other);
-      moved = prefer(other, kMargin, best) || moved;
+      evaluateCost(other);
+      moved = replaceIfBetter(other, kMargin, best) || moved;
     }
-    if (moved) verification = examine(best.stage, held_out);
+    if (moved) verification = verifyStage(best.stage, held_out);
   }
   restorePrior(verification, best.stage);
-  describe(best.stage, result);
+  fillStatistics(best.stage, result);
   const PoseError moved = poseError(best.T_blocked, best.stage.T_map_sensor);
   if (moved.translation + scales_.lever * moved.rotation > scales_.voxel) checkRays(best);
   accept(best, verification, result);

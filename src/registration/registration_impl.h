@@ -42,36 +42,36 @@ class Registration::Impl {
   };
 
   // registration.cpp
-  RegistrationResult startWith(const ScanPoints& points, const Eigen::Isometry3d& T);
+  RegistrationResult prepareScan(const ScanPoints& points, const Eigen::Isometry3d& T);
   bool usable(const Eigen::Isometry3d& T) const;
   PosePrior defaultPrior(const Eigen::Isometry3d& T) const;
-  void solvePlain(const Eigen::Isometry3d& T_prior, RegistrationResult& result);
+  void solveGaussNewton(const Eigen::Isometry3d& T_prior, RegistrationResult& result);
   /// The map itself first, from the prior. Where that does not explain the scan well, the far field and
   /// further starts are other hypotheses, and count if they explain it better.
-  void solveNear(RegistrationResult& result);
-  void solveFrom(const std::vector<Eigen::Isometry3d>& starts, RegistrationResult& result);
-  void conclude(Hypothesis& best, RegistrationResult& result);
+  void solveFromPrior(RegistrationResult& result);
+  void solveFromStarts(const std::vector<Eigen::Isometry3d>& starts, RegistrationResult& result);
+  void refineAndVerify(Hypothesis& best, RegistrationResult& result);
 
   // hypotheses.cpp
   ResidualModel model(double scale) const;
   StageOptions stageOptions(double scale, int points, int iterations) const;
   /// Where a fit does not fix the pose it goes back to the prior.
-  Eigen::Isometry3d heldToPrior(const Eigen::Isometry3d& T);
+  Eigen::Isometry3d fusedWithPrior(const Eigen::Isometry3d& T);
   /// The map itself on a part of the points, the kernel as wide as the residuals at the start ask for.
-  Hypothesis approach(const Eigen::Isometry3d& T_start);
+  Hypothesis solveHypothesis(const Eigen::Isometry3d& T_start);
   void checkRays(Hypothesis& h) const;
-  void weigh(Hypothesis& h) const;
+  void evaluateCost(Hypothesis& h) const;
   /// The other one in place of the best, if it is better by more than the margin.
-  static bool prefer(const Hypothesis& other, double margin, Hypothesis& best);
+  static bool replaceIfBetter(const Hypothesis& other, double margin, Hypothesis& best);
   template <class Iterator>
   static void sortByCost(Iterator begin, Iterator end) {
     std::stable_sort(begin, end, [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; });
   }
   /// One more; the best, with that margin, stays in front.
-  static void consider(const Hypothesis& other, double margin, std::vector<Hypothesis>& all);
+  static void addHypothesis(const Hypothesis& other, double margin, std::vector<Hypothesis>& all);
   /// How badly a pose explains the scan [0, 2]: by the points in known space, because a map with gaps
   /// explains no scan as a whole, and by what the rays went through.
-  static double badness(const Hypothesis& h);
+  static double knownSpaceScore(const Hypothesis& h);
   /// The kernel narrowed with the spread of the residuals on a part of the points, the last stage on all but
   /// those held out: outliers, as edges that the map rounds, then count for less.
   void refine(StageResult& best);
@@ -80,7 +80,7 @@ class Registration::Impl {
   void restart(std::vector<Hypothesis>& all);
   /// Descends in the far field. The widest kernel is a few times the residual of the start, `most` [m] at
   /// the most.
-  Eigen::Isometry3d pullIn(const Eigen::Isometry3d& T_start, double most);
+  Eigen::Isometry3d descendFarField(const Eigen::Isometry3d& T_start, double most);
 
   // acceptance.cpp
   /// What the scan says about a degenerate direction is worth little, or nothing at all.
@@ -90,9 +90,9 @@ class Registration::Impl {
   double unnoticedSigma() const { return 0.5 * scales_.probe; }
   /// Along degenerate directions the pose goes back to the prior.
   void restorePrior(const Verification& verification, StageResult& stage) const;
-  Verification examine(const StageResult& stage, const HeldOut& held_out) const;
+  Verification verifyStage(const StageResult& stage, const HeldOut& held_out) const;
   /// Statistics and reason.
-  void describe(const StageResult& stage, RegistrationResult& result) const;
+  void fillStatistics(const StageResult& stage, RegistrationResult& result) const;
   /// The verification decides whether the pose may be used.
   void accept(const Hypothesis& best, const Verification& verification, RegistrationResult& result);
   /// Of the scan alone, about the sensor's position.
@@ -102,7 +102,7 @@ class Registration::Impl {
 
   std::shared_ptr<const DistanceField> field_;
   std::shared_ptr<const DistanceField> long_range_;
-  bool pulls_in_ = false;
+  bool uses_far_field_ = false;
   bool facing_ = false;
   RegistrationOptions options_;
   ScanBuffer scan_, coarse_;

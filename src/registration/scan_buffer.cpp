@@ -26,10 +26,10 @@ void ScanBuffer::assign(const Eigen::Matrix3Xf& points, int max_points) {
       order_.push_back(finite_[static_cast<std::size_t>(static_cast<long>(n) * available / count)]);
     }
   }
-  take(points);
+  fill(points);
 }
 
-void ScanBuffer::take(const Eigen::Matrix3Xf& points) {
+void ScanBuffer::fill(const Eigen::Matrix3Xf& points) {
   centroid_.setZero(), view_.setZero();
   for (const int n : order_) centroid_ += points.col(n).cast<double>();
   if (!order_.empty()) centroid_ /= static_cast<double>(order_.size());
@@ -57,7 +57,7 @@ void ScanBuffer::assign(const ScanBuffer& scan, int wanted) {
   for (int n = 0; n < count; ++n) points.col(n) = c + Eigen::Vector3f(scan.x()[n], scan.y()[n], scan.z()[n]);
   order_.resize(static_cast<std::size_t>(count));
   std::iota(order_.begin(), order_.end(), 0);
-  take(points);
+  fill(points);
 }
 
 int ScanBuffer::prefix(int wanted) const {

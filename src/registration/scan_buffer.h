@@ -47,7 +47,7 @@ class ScanBuffer {
   int prefix(int wanted) const;
 
  private:
-  void take(const Eigen::Matrix3Xf& points);  // the columns order_ lists
+  void fill(const Eigen::Matrix3Xf& points);  // the columns order_ lists
 
   SensorModel sensor_;
   double floor_ = 1.0;

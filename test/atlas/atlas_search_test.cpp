@@ -29,9 +29,9 @@ constexpr double kPitch = 10.0;  // between the rooms [m]
 class FiveRooms : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    for (int n = 0; n < kRooms; ++n) maps.push_back(place(n, kPitch * n, "room" + std::to_string(n)));
+    for (int n = 0; n < kRooms; ++n) maps.push_back(placedRoom(n, kPitch * n, "room" + std::to_string(n)));
   }
-  static PlacedField place(int room, double x, const std::string& name) {
+  static PlacedField placedRoom(int room, double x, const std::string& name) {
     PlacedField map;
     map.name = name;
     map.T_atlas_map = turnedBy(0.4 * room, {x, 0.0, 0.0});

@@ -26,21 +26,21 @@ TEST(Gates, BelieveAGoodFit) {
 }
 
 TEST(Gates, NameTheReasonOfEveryTermination) {
-  const std::pair<TerminationReason, RefusalReason> pairs[] = {
-      {TerminationReason::kConverged, RefusalReason::kNotConverged},
-      {TerminationReason::kMaxIterations, RefusalReason::kNotConverged},
-      {TerminationReason::kTooFewPoints, RefusalReason::kTooFewPoints},
-      {TerminationReason::kOutsideMap, RefusalReason::kOutsideMap},
-      {TerminationReason::kDegenerate, RefusalReason::kDegenerate},
-      {TerminationReason::kAmbiguous, RefusalReason::kAmbiguous},
-      {TerminationReason::kLowScore, RefusalReason::kLowScore},
-      {TerminationReason::kCancelled, RefusalReason::kCancelled},
+  const std::pair<TerminationReason, RejectionReason> pairs[] = {
+      {TerminationReason::kConverged, RejectionReason::kNotConverged},
+      {TerminationReason::kMaxIterations, RejectionReason::kNotConverged},
+      {TerminationReason::kTooFewPoints, RejectionReason::kTooFewPoints},
+      {TerminationReason::kOutsideMap, RejectionReason::kOutsideMap},
+      {TerminationReason::kDegenerate, RejectionReason::kDegenerate},
+      {TerminationReason::kAmbiguous, RejectionReason::kAmbiguous},
+      {TerminationReason::kLowScore, RejectionReason::kLowScore},
+      {TerminationReason::kCancelled, RejectionReason::kCancelled},
   };
-  for (const auto& [termination, refusal] : pairs) {
+  for (const auto& [termination, rejection] : pairs) {
     RegistrationResult result = goodResult();
     result.success = false;
     result.reason = termination;
-    EXPECT_EQ(checkTermination(result).reason, refusal) << name(termination);
+    EXPECT_EQ(checkTermination(result).reason, rejection) << name(termination);
     EXPECT_FALSE(checkTermination(result).message.empty());
   }
 }
@@ -48,22 +48,22 @@ TEST(Gates, NameTheReasonOfEveryTermination) {
 TEST(Gates, RefuseEachBadFigure) {
   RegistrationResult result = goodResult();
   result.rms_residual = 0.2;
-  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kResidual);
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RejectionReason::kResidual);
   result = goodResult();
   result.inlier_ratio = 0.4;
-  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kInliers);
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RejectionReason::kInliers);
   result = goodResult();
   result.outside_ratio = 0.5;
   result.unknown_ratio = 0.4;
-  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kOutsideMap);
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RejectionReason::kOutsideMap);
   result = goodResult();
   result.confidence = result.fit_confidence = 0.05;
-  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kLowScore);
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RejectionReason::kLowScore);
   result = goodResult();
   result.degenerate_directions = 4;
-  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kDegenerate);
-  EXPECT_EQ(checkJump({0.6, 0.0}, {}).reason, RefusalReason::kJump);
-  EXPECT_EQ(checkJump({0.0, 0.6}, {}).reason, RefusalReason::kJump);
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RejectionReason::kDegenerate);
+  EXPECT_EQ(checkJump({0.6, 0.0}, {}).reason, RejectionReason::kJump);
+  EXPECT_EQ(checkJump({0.0, 0.6}, {}).reason, RejectionReason::kJump);
 }
 
 // A degenerate scan is never confident of the whole pose. It may be used with its prior, but only if what it
@@ -77,7 +77,7 @@ TEST(Gates, ADegenerateScanHasToFitToo) {
   EXPECT_FALSE(checkTermination(result));
   EXPECT_FALSE(checkFit(result, {}, 0.5));
   result.fit_confidence = 0.05;
-  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kLowScore);
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RejectionReason::kLowScore);
 }
 
 // A scan outside the map has nothing to disagree with: a residual of zero must not look like a perfect fit.
@@ -85,7 +85,7 @@ TEST(Gates, RefuseAPerfectResidualOutsideTheMap) {
   RegistrationResult result = goodResult();
   result.rms_residual = 0.0;
   result.outside_ratio = 1.0;
-  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RefusalReason::kOutsideMap);
+  EXPECT_EQ(checkFit(result, {}, 0.5).reason, RejectionReason::kOutsideMap);
 }
 
 TEST(Gates, RefuseNan) {

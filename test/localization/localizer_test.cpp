@@ -26,7 +26,7 @@ TEST(Localizer, HasNoPoseWithoutAMap) {
   Localizer localizer(quickOptions());
   const LocalizationUpdate update = localizer.process(Walk().scan(0));
   EXPECT_EQ(update.state, LocalizerState::kNoMap);
-  EXPECT_EQ(update.reason, RefusalReason::kNoMap);
+  EXPECT_EQ(update.reason, RejectionReason::kNoMap);
   EXPECT_FALSE(update.pose_valid);
 }
 
@@ -189,7 +189,7 @@ TEST(Localizer, WaitsAfterItsGlobalAttemptsAreUsedUp) {
     GlobalJob job = t.localizer.beginGlobal(scan, std::nullopt);
     job.run([](double) { return false; });
     const LocalizationUpdate update = t.localizer.applyGlobal(job);
-    EXPECT_EQ(update.reason, RefusalReason::kCancelled);
+    EXPECT_EQ(update.reason, RejectionReason::kCancelled);
   }
   EXPECT_EQ(t.localizer.state(), LocalizerState::kWaitingForPose);
   EXPECT_EQ(globals, 1);  // a cancelled one is not tried again
@@ -210,7 +210,7 @@ TEST(Localizer, CoastsOnOdometryWhileTheCameraIsCovered) {
     update = localizer.process(scan);
     if (n >= 5 && n < 25) {
       EXPECT_EQ(update.state, LocalizerState::kDegraded);
-      EXPECT_EQ(update.reason, RefusalReason::kTooFewPoints);
+      EXPECT_EQ(update.reason, RejectionReason::kTooFewPoints);
       EXPECT_TRUE(update.T_map_odom.has_value());
     }
   }
@@ -253,11 +253,11 @@ TEST(Localizer, LosesTheCoveredCameraWithoutOdometry) {
 TEST(Localizer, SkipsScansThatAreNotNewer) {
   Tracking t;
   const LocalizationUpdate update = t.localizer.process(t.walk.scan(t.next - 1));
-  EXPECT_EQ(update.reason, RefusalReason::kOldStamp);
+  EXPECT_EQ(update.reason, RejectionReason::kOldStamp);
   EXPECT_FALSE(update.pose_valid);
   LocalizerScan scan = t.walk.scan(t.next);
   scan.stamp = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(t.localizer.process(scan).reason, RefusalReason::kOldStamp);
+  EXPECT_EQ(t.localizer.process(scan).reason, RejectionReason::kOldStamp);
   EXPECT_EQ(t.localizer.state(), LocalizerState::kTracking);
 }
 

@@ -44,8 +44,8 @@ TEST(MovedCovariance, ThereAndBackIsTheSame) {
 
 TEST(NoLooserThan, KeepsAMeasurementThatIsSurerThanThePrior) {
   const Matrix6d measured = randomCovariance(4);
-  EXPECT_TRUE(noLooserThan(measured, measured + randomCovariance(5)).isApprox(measured, 1e-9));
-  EXPECT_TRUE(noLooserThan(measured + randomCovariance(5), measured).isApprox(measured, 1e-9));
+  EXPECT_TRUE(covarianceBoundedBy(measured, measured + randomCovariance(5)).isApprox(measured, 1e-9));
+  EXPECT_TRUE(covarianceBoundedBy(measured + randomCovariance(5), measured).isApprox(measured, 1e-9));
 }
 
 TEST(NoLooserThan, PutsThePriorWhereTheScanSaysNothing) {
@@ -54,7 +54,7 @@ TEST(NoLooserThan, PutsThePriorWhereTheScanSaysNothing) {
   Matrix6d measured = isotropicCovariance(1e-3, 1e-3);
   measured.bottomRightCorner<3, 3>() += along * along.transpose();
   const Matrix6d prior = isotropicCovariance(0.01, 0.02);
-  const Matrix6d fused = noLooserThan(measured, prior);
+  const Matrix6d fused = covarianceBoundedBy(measured, prior);
   EXPECT_NEAR(along.dot(fused.bottomRightCorner<3, 3>() * along), 0.02 * 0.02, 1e-9);
   const Eigen::Vector3d across = along.unitOrthogonal();
   EXPECT_NEAR(across.dot(fused.bottomRightCorner<3, 3>() * across), 1e-6, 1e-9);
@@ -66,8 +66,9 @@ TEST(NoLooserThan, DoesNotDependOnThePoint) {
   measured(3, 3) += 1.0;
   const Matrix6d prior = 1e-4 * randomCovariance(6);
   const Eigen::Vector3d offset(0.3, -2.0, 1.0);
-  const Matrix6d here = movedCovariance(noLooserThan(measured, prior), offset);
-  const Matrix6d there = noLooserThan(movedCovariance(measured, offset), movedCovariance(prior, offset));
+  const Matrix6d here = movedCovariance(covarianceBoundedBy(measured, prior), offset);
+  const Matrix6d there =
+      covarianceBoundedBy(movedCovariance(measured, offset), movedCovariance(prior, offset));
   EXPECT_TRUE(here.isApprox(there, 1e-6));
 }
 
@@ -90,11 +91,11 @@ TEST(LessCertain, ContradictionBeyondChanceLowersTheTrustInThePrior) {
   prior.covariance = isotropicCovariance(0.001, 0.001);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation().x() = 0.2;  // wheels slipped
-  const PoseEstimate wide = lessCertain(prior, T);
+  const PoseEstimate wide = inflatedToInclude(prior, T);
   EXPECT_NEAR(0.2 * 0.2 * wide.covariance.inverse()(3, 3), 22.5, 1e-6);
   EXPECT_NEAR(wide.covariance(4, 4), prior.covariance(4, 4), 1e-12);  // only where they contradict
   T.translation().x() = 0.004;
-  EXPECT_TRUE(lessCertain(prior, T).covariance.isApprox(prior.covariance, 1e-15));
+  EXPECT_TRUE(inflatedToInclude(prior, T).covariance.isApprox(prior.covariance, 1e-15));
 }
 
 }  // namespace

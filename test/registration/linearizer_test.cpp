@@ -66,7 +66,7 @@ double loss(double r, const ResidualModel& model) {
 }
 
 /// Trust in a point of the sensor frame: a Kinect, where everything else is off by 1 cm.
-double trust(const Eigen::Vector3d& p) {
+double pointWeight(const Eigen::Vector3d& p) {
   const double sigma = 0.0005 + 0.001425 * p.squaredNorm();
   return 1e-4 / (1e-4 + sigma * sigma);
 }
@@ -83,7 +83,7 @@ double cost(const Eigen::Matrix3Xf& points, const Eigen::Isometry3d& T, const Re
   for (Eigen::Index n = 0; n < points.cols(); ++n) {
     const Eigen::Vector3d p = points.col(n).cast<double>();
     if (AnalyticField::state(kPose * p) == PointState::kValid)
-      sum += trust(p) * loss(AnalyticField::value(T * p), model);
+      sum += pointWeight(p) * loss(AnalyticField::value(T * p), model);
   }
   return sum;
 }
@@ -112,8 +112,8 @@ TEST(Linearizer, JacobianEqualsNumericDifferentiation) {
   for (int n = 0; n < 3; ++n) {
     const Eigen::Vector3d p = points.col(n).cast<double>();
     const Vector6d row = numericRow(p, scan.centroid());
-    H += trust(p) * row * row.transpose();
-    g += trust(p) * AnalyticField::value(kPose * p) * row;
+    H += pointWeight(p) * row * row.transpose();
+    g += pointWeight(p) * AnalyticField::value(kPose * p) * row;
   }
   EXPECT_LT((e.H - H).cwiseAbs().maxCoeff(), 1e-5);
   EXPECT_LT((e.g - g).cwiseAbs().maxCoeff(), 1e-5);
@@ -164,7 +164,7 @@ TEST(Linearizer, SumsEqualBruteForceInDouble) {
     if (gradient.norm() > 1.0) gradient.normalize();
     Vector6d J;
     J << (x - kPose * scan.centroid()).cross(gradient), gradient;
-    const double w = trust(points.col(n).cast<double>()) * q * q;
+    const double w = pointWeight(points.col(n).cast<double>()) * q * q;
     H += w * J * J.transpose();
     weight += w;
     score += r * r / (r * r + model.score_scale * model.score_scale);

@@ -42,7 +42,7 @@ class Robot : public ::testing::Test {
   }
 
   struct Result {
-    int with = 0, without = 0, refused = 0, overtaken = 0;
+    int with = 0, without = 0, rejected = 0, overtaken = 0;
     bool in_order = true;
   };
   /// Clouds at `cloud_rate`, odometry at `odometry_rate` that comes `late` [s], for `seconds`; odometry is
@@ -64,7 +64,7 @@ class Robot : public ::testing::Test {
       while (const auto taken = queue.take(ros::Time(now))) {
         result.in_order = result.in_order && taken->scan.header.stamp.toSec() > last_stamp;
         last_stamp = taken->scan.header.stamp.toSec();
-        ++(!taken->missing.empty()   ? result.refused
+        ++(!taken->missing.empty()   ? result.rejected
            : taken->overtaken        ? result.overtaken
            : taken->without_odometry ? result.without
                                      : result.with);
@@ -83,7 +83,7 @@ TEST_F(Robot, LateOdometryIsWaitedFor) {
         buffer_.clear();
         const Result result = run(cloud_rate, odometry_rate, late, 10.0);
         const std::string what = std::to_string(cloud_rate) + " Hz, " + std::to_string(late) + " s late";
-        EXPECT_EQ(result.without + result.refused + result.overtaken, 0) << what;
+        EXPECT_EQ(result.without + result.rejected + result.overtaken, 0) << what;
         EXPECT_GE(result.with, static_cast<int>(cloud_rate * (10.0 - 1.0)) - 1) << what;
         EXPECT_TRUE(result.in_order) << what;
       }
@@ -98,7 +98,7 @@ TEST_F(Robot, SlowOdometryIsWaitedFor) {
       const Result result = run(5.0, rate, late, 20.0);
       // Until its period is known, it may look silent.
       EXPECT_LE(result.without, 10) << rate << " Hz, " << late << " s late";
-      EXPECT_EQ(result.refused + result.overtaken, 0) << rate << " Hz, " << late << " s late";
+      EXPECT_EQ(result.rejected + result.overtaken, 0) << rate << " Hz, " << late << " s late";
       EXPECT_GE(result.with, 75) << rate << " Hz, " << late << " s late";
       EXPECT_TRUE(result.in_order);
     }
@@ -121,7 +121,7 @@ TEST_F(Robot, APauseOfTheCloudsIsNoSilenceOfTheOdometry) {
 
 TEST_F(Robot, SilentOdometryIsBridgedAndUsedAgainWhenItIsBack) {
   const Result result = run(10.0, 20.0, 0.02, 12.0, 104.0, 107.0);
-  EXPECT_EQ(result.refused, 0);
+  EXPECT_EQ(result.rejected, 0);
   EXPECT_NEAR(result.without, 30, 6);
   EXPECT_GE(result.with, 80);
   EXPECT_TRUE(result.in_order);
@@ -130,7 +130,7 @@ TEST_F(Robot, SilentOdometryIsBridgedAndUsedAgainWhenItIsBack) {
 TEST_F(Robot, OdometryThatNeverWasThereIsNotBridged) {
   const Result result = run(10.0, 20.0, 0.0, 8.0, 0.0, 1e9);
   EXPECT_EQ(result.with + result.without, 0);
-  EXPECT_GT(result.refused, 40);
+  EXPECT_GT(result.rejected, 40);
 }
 
 TEST_F(Robot, AMissingMountIsSaidAndHoldsUpNoOtherCamera) {

@@ -8,26 +8,26 @@
 
 namespace ttsdf {
 
-struct Refusal {
-  RefusalReason reason = RefusalReason::kNone;
+struct Rejection {
+  RejectionReason reason = RejectionReason::kNone;
   std::string message;  ///< what, got, wanted
-  explicit operator bool() const { return reason != RefusalReason::kNone; }
+  explicit operator bool() const { return reason != RejectionReason::kNone; }
 };
 
 /// Why the registration itself gave up; kNone if it did not.
-Refusal checkTermination(const RegistrationResult& result);
+Rejection checkTermination(const RegistrationResult& result);
 
 /// Residual, inliers, share outside the map, degeneracy. `min_inlier_ratio` is one of the two in the options.
-Refusal checkFit(const RegistrationResult& result, const GateOptions& options, double min_inlier_ratio);
+Rejection checkFit(const RegistrationResult& result, const GateOptions& options, double min_inlier_ratio);
 /// The same after a search, where a wrong place may fit a little: most of the scan has to be explained.
-Refusal checkFitAfterSearch(const RegistrationResult& result, const GateOptions& options,
-                            double min_inlier_ratio);
+Rejection checkFitAfterSearch(const RegistrationResult& result, const GateOptions& options,
+                              double min_inlier_ratio);
 
 /// Distance of the pose, weighed against its prior, from that prior: what slides along a corridor is no jump.
-Refusal checkJump(const PoseError& jump, const GateOptions& options);
+Rejection checkJump(const PoseError& jump, const GateOptions& options);
 
-/// True if the scan contradicts nothing, it only says nothing: too few points, or none where the map knows
-/// anything.
-bool saysNothing(RefusalReason reason);
+/// True if the scan does not contradict the pose but has no information about it: too few points, or none
+/// where the map knows anything.
+bool isUninformative(RejectionReason reason);
 
 }  // namespace ttsdf

@@ -24,7 +24,7 @@ enum class LocalizerState : std::uint8_t {
 };
 const char* name(LocalizerState state);  ///< "no_map", "waiting_for_pose", ...
 
-enum class RefusalReason : std::uint8_t {
+enum class RejectionReason : std::uint8_t {
   kNone,
   kNotConverged,
   kTooFewPoints,
@@ -42,7 +42,7 @@ enum class RefusalReason : std::uint8_t {
   kNoPrior,   ///< prior "external" and none given
   kNoScan,    ///< no usable scan for some time
 };
-const char* name(RefusalReason reason);
+const char* name(RejectionReason reason);
 
 struct LocalizerScan {
   double stamp = 0.0;  ///< [s]
@@ -69,7 +69,7 @@ struct PoseGuess {
 struct LocalizationUpdate {
   double stamp = 0.0;  ///< of the scan [s]
   LocalizerState state = LocalizerState::kNoMap;
-  RefusalReason reason = RefusalReason::kNone;
+  RejectionReason reason = RejectionReason::kNone;
   std::string message;                                             ///< why, with figures
   bool pose_valid = false;                                         ///< this scan gave a pose that may be used
   Eigen::Isometry3d T_map_base = Eigen::Isometry3d::Identity();    ///< if pose_valid

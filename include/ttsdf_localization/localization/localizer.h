@@ -2,7 +2,7 @@
 // Localization of a stream of scans in one map: prior, registration, gates, and what to do when a scan does
 // not fit.
 //
-//                      setMap            guess fits, confirmed              scans refused
+//                      setMap            guess fits, confirmed              scans rejected
 //   no map ----------------> waiting ------------------------> tracking <----------------> degraded
 //                              ^  guess -> relocalizing            ^                           | lost_after_*
 //                              |                                   | confirmed                 v
@@ -127,7 +127,7 @@ class Localizer {
  private:
   // localizer.cpp: what comes in.
   LocalizationUpdate handle(const LocalizerScan& scan);
-  LocalizationUpdate blank(const LocalizerScan& scan) const;
+  LocalizationUpdate emptyUpdate(const LocalizerScan& scan) const;
   LocalizationUpdate withState(LocalizationUpdate& update) const;
 
   // localizer_tracking.cpp: a scan's way while the pose is known.
@@ -136,15 +136,15 @@ class Localizer {
   static RegistrationResult alignWith(Registration& registration, const LocalizerScan& scan,
                                       const PoseEstimate& prior);
   /// Whether the motion explains this pose, or the scan fits well enough without that.
-  Refusal checkPlausible(const LocalizerScan& scan, const Prediction& prior,
-                         const RegistrationResult& result) const;
+  Rejection checkPlausible(const LocalizerScan& scan, const Prediction& prior,
+                           const RegistrationResult& result) const;
   /// Whether something measured the pose in all directions; without odometry a guess is good for a moment.
-  Refusal checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const;
+  Rejection checkMeasured(const LocalizerScan& scan, const RegistrationResult& result) const;
   /// The first scan that fixes the pose after motion was guessed for long: another place may fit as well.
   bool returnsFromGuess(const LocalizerScan& scan, const RegistrationResult& result) const;
   LocalizationUpdate returnFromGuess(const LocalizerScan& scan, const Prediction& prior);
   /// The pose goes on by guess, and is not published.
-  LocalizationUpdate followGuess(const LocalizerScan& scan, const Refusal& refusal,
+  LocalizationUpdate followGuess(const LocalizerScan& scan, const Rejection& rejection,
                                  LocalizationUpdate& update);
   LocalizationUpdate accept(const LocalizerScan& scan, const Prediction& prior, LocalizationUpdate& update);
   /// A pose found: good after the confirmation scans that agree for at least `seconds`, by the inlier
@@ -154,7 +154,8 @@ class Localizer {
   bool confirming() const;
   void stopConfirming();
   LocalizationUpdate markValid(const LocalizerScan& scan, LocalizationUpdate& update);
-  LocalizationUpdate refuse(const LocalizerScan& scan, const Refusal& refusal, LocalizationUpdate& update);
+  LocalizationUpdate reject(const LocalizerScan& scan, const Rejection& rejection,
+                            LocalizationUpdate& update);
   void becomeLost(int searches_done);
   void forgetUsualFit();
   /// Least inlier ratio while tracking, and after a search near the last pose.
@@ -166,9 +167,9 @@ class Localizer {
   LocalizationUpdate tryGuesses(const LocalizerScan& scan);
   LocalizationUpdate recover(const LocalizerScan& scan);
   LocalizationUpdate escalate(const LocalizerScan& scan, LocalizationUpdate& update);
-  LocalizationUpdate wait(const LocalizerScan& scan);
+  LocalizationUpdate waitForPose(const LocalizerScan& scan);
   /// Searches around every guess; what fits best into `best`, or why none counts.
-  Refusal searchGuesses(const LocalizerScan& scan, LocalizationUpdate& best);
+  Rejection searchGuesses(const LocalizerScan& scan, LocalizationUpdate& best);
   LocalizationUpdate searchAround(const LocalizerScan& scan, const Prediction& candidate,
                                   const SearchOptions& search);
   /// Whether neither the scan nor the prior tells the pose found from another one.
@@ -176,8 +177,8 @@ class Localizer {
                    const Matrix6d& covariance) const;
   bool fitsAlike(const LocalizationUpdate& a, const LocalizationUpdate& b) const;
   /// Held to what is usual, if that is known: a wrong place fits worse.
-  Refusal checkFound(const LocalizationUpdate& found) const;
-  Refusal checkFoundNearLast(const LocalizerScan& scan, const LocalizationUpdate& found) const;
+  Rejection checkFound(const LocalizationUpdate& found) const;
+  Rejection checkFoundNearLast(const LocalizerScan& scan, const LocalizationUpdate& found) const;
   bool searchDue(double stamp, double period);
   Prediction recoveryPrior(const Prediction& prediction) const;
   Prediction withLeastSpread(Prediction prediction) const;
@@ -189,7 +190,7 @@ class Localizer {
   LocalizerState state_ = LocalizerState::kNoMap;
 
   double last_stamp_;                     ///< of the last scan taken
-  double last_silent_stamp_;              ///< of the last refused scan that said nothing
+  double last_uninformative_stamp_;       ///< of the last rejected scan without information
   double confirmed_from_;                 ///< stamp from which on a pose found is good
   std::vector<PoseGuess> guesses_;        ///< to be tried; the first is trusted most
   std::optional<PoseGuess> start_guess_;  ///< the last one from outside, tried again after a time jump
@@ -199,7 +200,7 @@ class Localizer {
   int guess_attempts_ = 0;
   int confirmations_left_ = 0;
   double confirming_inliers_ = 0.0;  ///< least inlier ratio meanwhile
-  int refused_in_row_ = 0;
+  int rejected_in_row_ = 0;
   double last_search_stamp_;
   int searches_done_ = 0;
   int globals_done_ = 0;

@@ -45,10 +45,10 @@ struct MotionOptions {
 };
 const OptionTable<MotionOptions>& motionOptionTable();
 
-/// What happens when scans are refused.
+/// What happens when scans are rejected.
 struct RecoveryOptions {
   double lost_after_seconds = 0.7;  ///< without a good scan [s] ...
-  int lost_after_scans = 3;         ///< ... and at least this many refused ones: lost
+  int lost_after_scans = 3;         ///< ... and at least this many rejected ones: lost
   double coast_seconds = 5.0;  ///< the same when scans say nothing, or none come, but odometry goes on [s]
   bool lost_without_scans = true;      ///< no scan for coast_seconds: lost; false: degraded for ever
   double search_period = 0.2;          ///< least time between two searches near the prior [s]

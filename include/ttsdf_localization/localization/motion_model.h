@@ -37,7 +37,7 @@ class MotionModel {
   /// they are a guess since the last scan that fixed them. 0 with odometry.
   double guessedSigma(const LocalizerScan& scan) const;
   /// Whether scans that would have measured the pose are missing before this one: they came, and did not fix
-  /// it, were refused, or did not come.
+  /// it, were rejected, or did not come.
   bool isBack(const LocalizerScan& scan) const;
   /// A pose found by a search: the velocity is unknown.
   void setPose(const LocalizerScan& scan, const Eigen::Isometry3d& T_map_base, const Matrix6d& covariance);

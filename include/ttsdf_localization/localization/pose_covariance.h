@@ -27,11 +27,11 @@ struct PoseEstimate {
 
 /// The prior as it is, or, if a pose found contradicts it beyond chance (99.9 %), less certain in the
 /// direction of the contradiction, so that no more than chance is left of it: as after slipping wheels.
-PoseEstimate lessCertain(const PoseEstimate& prior, const Eigen::Isometry3d& T);
+PoseEstimate inflatedToInclude(const PoseEstimate& prior, const Eigen::Isometry3d& T);
 
 /// Keeps `measured` but for the directions in which `prior` is the surer one: nothing is known worse than the
 /// prior knew it. Both positive definite; independent of units and of the point they are about.
-Matrix6d noLooserThan(const Matrix6d& measured, const Matrix6d& prior);
+Matrix6d covarianceBoundedBy(const Matrix6d& measured, const Matrix6d& prior);
 
 /// Symmetric, no negative eigenvalue, finite.
 bool isCovariance(const Matrix6d& covariance);

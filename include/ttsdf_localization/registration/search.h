@@ -25,7 +25,7 @@ struct GlobalOptions {
   int refined = 12;
   double tilt_sigma = 0.1;   ///< trust in the gravity hint [rad]
   double min_margin = 0.02;  ///< score + blocked_ratio of the runner-up must be worse by this much
-  double max_score = 0.35;   ///< a worse best score + blocked_ratio is refused
+  double max_score = 0.35;   ///< a worse best score + blocked_ratio is rejected
   double min_confidence = 0.9;
   int threads = 2;
   int seed = 1;

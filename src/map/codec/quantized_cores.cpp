@@ -28,7 +28,7 @@ float readStep(ByteReader& in) {
 void readRangeCoded(ByteReader& in, const std::vector<CoefficientBlock*>& blocks) {
   RangeDecoder stream(in);
   for (CoefficientBlock* block : blocks) CoefficientModel<RangeDecoder>(stream).code(*block);
-  stream.finish();
+  stream.expectEnd();
 }
 
 /// All but the coefficients, which come later in one stream.

@@ -32,7 +32,7 @@ class RangeDecoder {
     if (missing_ > 0) refuse(in_.what() + ": stream", "one that ends too early", "all of it");
   }
   /// Throws MapFormatError unless the stream ended with its last bit.
-  void finish() const {
+  void expectEnd() const {
     check();
     in_.expectEnd();
   }

@@ -98,7 +98,7 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
   wide.refined = static_cast<std::size_t>(options.refined);
   wide.threads = options.threads;
   std::vector<Eigen::Isometry3d> found;
-  const auto lookFrom = [&](const std::vector<Eigen::Isometry3d>& starts) {
+  const auto descendFrom = [&](const std::vector<Eigen::Isometry3d>& starts) {
     const auto more = search.places(starts, wide, keepGoing);
     found.insert(found.end(), more.begin(), more.end());
     if (!found.empty())
@@ -107,13 +107,13 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
   };
   best.reason = TerminationReason::kLowScore;  // if no start came through
   std::vector<Eigen::Isometry3d> starts = startsUpTo(first_starts);
-  lookFrom(starts);
+  descendFrom(starts);
   if (!cancelled && !(best.success && totalScore(best) <= kSure)) {
     begun = part, part = 1.0 - begun;
     std::vector<Eigen::Isometry3d> more = startsUpTo((1 + kFurther) * first_starts);
     more.erase(more.begin(),
                more.begin() + static_cast<std::ptrdiff_t>(std::min(more.size(), starts.size())));
-    lookFrom(more);
+    descendFrom(more);
   }
   if (cancelled) {
     best.success = false;

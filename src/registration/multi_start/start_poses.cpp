@@ -88,14 +88,14 @@ class FreeSpace {
   FreeSpace(const DistanceField& field, const DistanceField& far, double clearance, const Halton& halton)
       : field_(field), far_(far), clearance_(clearance), halton_(halton) {
     constexpr double kLeastObserved = 0.02;  // of the box: less, and the map does not tell what it has seen
-    look(0);
+    samplePositions(0);
     if (share() < kLeastObserved) {
       observed_only_ = false;
-      look(0);
+      samplePositions(0);
     }
   }
   /// Looks at positions [begin, begin + kBatch) of the sequence.
-  void look(int begin) {
+  void samplePositions(int begin) {
     const GridGeometry& geometry = field_.geometry();
     const Eigen::Vector3d extent = (geometry.dims - 1).cast<double>();
     for (int n = 0; n < kBatch; ++n) {
@@ -104,7 +104,7 @@ class FreeSpace {
     }
     samples_ = field_.evaluate(positions_), distances_ = far_.evaluate(positions_);
   }
-  bool clear(int n) const {
+  bool isFree(int n) const {
     const auto at = static_cast<std::size_t>(n);
     const PointState state = samples_.states[at];
     return (observed_only_ ? state == PointState::kValid : state != PointState::kOutside) &&
@@ -113,7 +113,7 @@ class FreeSpace {
   Eigen::Vector3d position(int n) const { return positions_.col(n).cast<double>(); }
   double share() const {
     int count = 0;
-    for (int n = 0; n < kBatch; ++n) count += clear(n) ? 1 : 0;
+    for (int n = 0; n < kBatch; ++n) count += isFree(n) ? 1 : 0;
     return static_cast<double>(count) / kBatch;
   }
 
@@ -143,9 +143,9 @@ std::vector<Eigen::Isometry3d> startsOverMap(const DistanceField& field, const D
   std::vector<Eigen::Isometry3d> starts;
   const int most = std::min(count, std::numeric_limits<int>::max() / 128) * 64;  // positions looked at
   for (int begin = 0; begin < most && static_cast<int>(starts.size()) < count; begin += kBatch) {
-    if (begin > 0) space.look(begin);
+    if (begin > 0) space.samplePositions(begin);
     for (int n = 0; n < kBatch && static_cast<int>(starts.size()) < count; ++n) {
-      if (!space.clear(n)) continue;
+      if (!space.isFree(n)) continue;
       const double a = halton(begin + n, 3), b = halton(begin + n, 4), c = halton(begin + n, 5);
       Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
       T.translation() = space.position(n);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "residual_kernels.h"
+#include "ttsdf_localization/geometry/median.h"
 
 namespace ttsdf {
 
@@ -54,7 +55,7 @@ void forEachChunk(const DistanceField& field, const ScanBuffer& scan, int count,
   for (int begin = 0; begin < count; begin += kChunkPoints) {
     chunk.size = std::min(kChunkPoints, count - begin);
     transformChunk(scan.x() + begin, scan.y() + begin, scan.z() + begin, pose, chunk);
-    chunk.trust = scan.weight() + begin;
+    chunk.point_weight = scan.weight() + begin;
     field.evaluate(PointSpan{chunk.x, chunk.y, chunk.z, chunk.size},
                    SampleSpan{chunk.value, chunk.gx, chunk.gy, chunk.gz, chunk.state});
     residualChunk(chunk, constants);
@@ -99,9 +100,7 @@ double residualSpread(const DistanceField& field, const ScanBuffer& scan, int co
     }
   });
   if (sizes.empty()) return 0.0;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return kSigmaPerMedian * static_cast<double>(*middle);
+  return kSigmaPerMedian * static_cast<double>(upperMedian(sizes));
 }
 
 void prepare(const DistanceField& field, const ScanBuffer& scan, int count,

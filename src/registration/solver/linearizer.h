@@ -35,11 +35,11 @@ inline bool seenFromBehind(double value, double cosine, const ResidualModel& mod
 struct NormalEquations {
   Matrix6d H = Matrix6d::Zero();
   Vector6d g = Vector6d::Zero();  ///< gradient of the cost: the step solves H xi = -g
-  double cost = 0.0;   ///< sum of the loss of valid points times their trust, in [0, 1] each if robust
-  double score = 0.0;  ///< sum of r^2 / (r^2 + score_scale^2) of valid points
-  double inlier_squares = 0.0;  ///< sum of r^2 of inliers
-  double squares = 0.0;         ///< sum of r^2 of valid points
-  double weight = 0.0;          ///< sum of the robust weights of valid points times their trust
+  double cost = 0.0;              ///< sum of the weighted loss of valid points, in [0, weight] each if robust
+  double score = 0.0;             ///< sum of r^2 / (r^2 + score_scale^2) of valid points
+  double inlier_squares = 0.0;    ///< sum of r^2 of inliers
+  double squares = 0.0;           ///< sum of r^2 of valid points
+  double weight = 0.0;            ///< sum of the weights of valid points: by kernel times by range
   int valid = 0, unknown = 0, outside = 0, inliers = 0;
   int behind = 0;  ///< seen from behind, if that is checked
   int points() const { return valid + unknown + outside + behind; }

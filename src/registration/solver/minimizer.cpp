@@ -33,7 +33,7 @@ struct Objective {
   const PosePrior& prior;
   Objective(const NormalEquations& start, const StageOptions& options)
       : unknown_cost(start.valid > 0 ? start.cost / start.valid : 1.0),
-        data_weight(pointWeight(start, supposedSigma(options.model.scale), options.independent_points)),
+        data_weight(pointWeight(start, kernelSigma(options.model.scale), options.independent_points)),
         loss_weight(0.5 * options.model.scale * options.model.scale * data_weight),
         prior(options.prior) {}
   double operator()(const NormalEquations& e, const Eigen::Isometry3d& T) const {
@@ -100,9 +100,9 @@ double dataWeight(const NormalEquations& equations, double sigma) {
   return pointWeight(equations, sigma, kIndependentPoints) * equations.weight;
 }
 
-Eigen::Isometry3d betweenFitAndPrior(const ScanBuffer& scan, const Eigen::Isometry3d& T_fit,
-                                     const Matrix6d& directions, const Vector6d& information,
-                                     const PosePrior& prior) {
+Eigen::Isometry3d fuseWithPrior(const ScanBuffer& scan, const Eigen::Isometry3d& T_fit,
+                                const Matrix6d& directions, const Vector6d& information,
+                                const PosePrior& prior) {
   if (prior.information.isZero()) return T_fit;
   const Vector6d s = scaling(scan.radius());
   const Matrix6d data = directions * information.asDiagonal() * directions.transpose();
@@ -121,14 +121,14 @@ Eigen::Isometry3d betweenFitAndPrior(const ScanBuffer& scan, const Eigen::Isomet
   return T;
 }
 
-Eigen::Isometry3d weighAgainstPrior(const NormalEquations& equations, const ScanBuffer& scan,
-                                    const Eigen::Isometry3d& T_fit, const PosePrior& prior, double sigma,
-                                    double gradient_noise) {
+Eigen::Isometry3d fuseWithPrior(const NormalEquations& equations, const ScanBuffer& scan,
+                                const Eigen::Isometry3d& T_fit, const PosePrior& prior, double sigma,
+                                double gradient_noise) {
   const InformationAnalysis info = analyseInformation(equations, scan.radius());
   Vector6d information;
   for (int d = 0; d < 6; ++d)
     information[d] = dataWeight(equations, sigma) * std::max(0.0, info.share[d] - gradient_noise);
-  return betweenFitAndPrior(scan, T_fit, info.directions, information, prior);
+  return fuseWithPrior(scan, T_fit, info.directions, information, prior);
 }
 
 StageResult levenbergMarquardt(const DistanceField& field, const ScanBuffer& scan,

@@ -14,7 +14,7 @@ constexpr double kIndependentPoints = 100.0;
 constexpr double kIndependentPointsAtLast = 1000.0;
 /// Standard deviation of the residuals that a Geman-McClure kernel of this scale is right for [m].
 constexpr double kScalePerSigma = 3.0;
-inline double supposedSigma(double kernel_scale) { return kernel_scale / kScalePerSigma; }
+inline double kernelSigma(double kernel_scale) { return kernel_scale / kScalePerSigma; }
 
 struct StageOptions {
   int points = 0;  ///< prefix of the scan
@@ -62,9 +62,9 @@ double countedShare(double share, double gradient_noise);
 
 /// The most likely pose between a fit, known along `directions` (twists of the scaled space) with
 /// `information` [1 / m^2], and the prior.
-Eigen::Isometry3d betweenFitAndPrior(const ScanBuffer& scan, const Eigen::Isometry3d& T_fit,
-                                     const Matrix6d& directions, const Vector6d& information,
-                                     const PosePrior& prior);
+Eigen::Isometry3d fuseWithPrior(const ScanBuffer& scan, const Eigen::Isometry3d& T_fit,
+                                const Matrix6d& directions, const Vector6d& information,
+                                const PosePrior& prior);
 
 /// What a scan's residuals say about every direction, per unit of its share of the information [1 / m^2].
 double dataWeight(const NormalEquations& equations, double sigma);
@@ -72,8 +72,8 @@ double dataWeight(const NormalEquations& equations, double sigma);
 /// The pose between a fit, of which `equations` are the normal equations, and the prior: along directions
 /// that the scan does not fix it is the prior's, whatever found the fit. `sigma`: of an independent residual
 /// [m].
-Eigen::Isometry3d weighAgainstPrior(const NormalEquations& equations, const ScanBuffer& scan,
-                                    const Eigen::Isometry3d& T_fit, const PosePrior& prior, double sigma,
-                                    double gradient_noise);
+Eigen::Isometry3d fuseWithPrior(const NormalEquations& equations, const ScanBuffer& scan,
+                                const Eigen::Isometry3d& T_fit, const PosePrior& prior, double sigma,
+                                double gradient_noise);
 
 }  // namespace ttsdf

@@ -48,7 +48,7 @@ TTSDF_VECTORIZE void residualChunk(ResidualChunk& c, const KernelConstants& cons
   const KernelConstants k = constants;
   const int size = c.size;
   const float ray_x = c.ray[0], ray_y = c.ray[1], ray_z = c.ray[2];
-  const float* const trust = c.trust;
+  const float* const point_weight = c.point_weight;
   TTSDF_INDEPENDENT
   for (int n = 0; n < size; ++n) {
     // The gradient points to the free side, so a ray along it would have come through matter; deep inside it
@@ -61,7 +61,7 @@ TTSDF_VECTORIZE void residualChunk(ResidualChunk& c, const KernelConstants& cons
   }
   TTSDF_INDEPENDENT
   for (int n = 0; n < size; ++n) {
-    const float valid = c.valid[n], weight = valid * trust[n], r = c.value[n], r2 = r * r;
+    const float valid = c.valid[n], weight = valid * point_weight[n], r = c.value[n], r2 = r * r;
     const float q = k.scale2 / (r2 + k.scale2);
     c.weight[n] = weight * (k.robust * q * q + (1.0f - k.robust));
     c.loss[n] = weight * (k.robust * (1.0f - q) + (1.0f - k.robust) * r2);

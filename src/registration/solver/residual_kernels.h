@@ -20,8 +20,8 @@ struct ResidualChunk {
   alignas(64) float valid[kChunkPoints], inlier[kChunkPoints];  ///< 0 or 1
   alignas(64) float weight[kChunkPoints], loss[kChunkPoints], score[kChunkPoints];
   alignas(64) float jacobian[6][kChunkPoints];
-  const float* trust;  ///< of the points, by range
-  float ray[3];        ///< from the sensor to the pivot, map frame
+  const float* point_weight;  ///< of the points, by range
+  float ray[3];               ///< from the sensor to the pivot, map frame
 };
 
 struct KernelPose {

@@ -40,7 +40,7 @@ struct Samples {
   std::vector<std::size_t> rays;        // of each point
 };
 
-FieldSamples ask(const DistanceField& field, const std::vector<Eigen::Vector3f>& points) {
+FieldSamples evaluateAt(const DistanceField& field, const std::vector<Eigen::Vector3f>& points) {
   return field.evaluate(
       Eigen::Map<const Eigen::Matrix3Xf>(points.front().data(), 3, static_cast<Eigen::Index>(points.size())));
 }
@@ -56,7 +56,7 @@ Samples march(std::vector<Ray> rays, const Eigen::Vector3f& origin, const Distan
   while (!going.empty()) {
     points.clear();
     for (const std::size_t n : going) points.push_back(origin + rays[n].at * rays[n].direction);
-    const FieldSamples distances = far ? ask(*far, points) : FieldSamples();
+    const FieldSamples distances = far ? evaluateAt(*far, points) : FieldSamples();
     for (std::size_t k = 0; k < going.size(); ++k) {
       Ray& ray = rays[going[k]];
       float free = 0.0F;
@@ -84,7 +84,7 @@ double blockedShare(const DistanceField& field, const DistanceField* far, const 
   const std::vector<Ray> all = raysOf(scan, T.linear(), voxel, rays);
   const Samples samples = march(all, T.translation(), far, inside);
   if (samples.points.empty()) return 0.0;
-  const FieldSamples values = ask(field, samples.points);
+  const FieldSamples values = evaluateAt(field, samples.points);
   std::vector<char> blocked(all.size(), 0);
   for (std::size_t n = 0; n < samples.points.size(); ++n) {
     if (values.states[n] == PointState::kValid && values.values[static_cast<Eigen::Index>(n)] < -inside)

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <map>
 
+#include "ttsdf_localization/geometry/pose_perturbation.h"
+
 namespace ttsdf {
 
 namespace {
@@ -24,8 +26,7 @@ Vector6d twistAlong(const Vector6d& direction, const ScanBuffer& scan, const Eig
                     double distance, double least_radius) {
   Vector6d xi = direction;
   xi.head<3>() /= std::max(scan.radius(), least_radius);
-  Matrix6d to_sensor = Matrix6d::Identity();
-  to_sensor.bottomLeftCorner<3, 3>() = hat(T.linear() * scan.centroid());
+  const Matrix6d to_sensor = leverArmJacobian(T.linear() * scan.centroid());
   const double moved =
       std::max({(to_sensor * xi).tail<3>().norm(), xi.tail<3>().norm(), scan.radius() * xi.head<3>().norm()});
   return xi * (distance / std::max(moved, 1e-9));
@@ -104,13 +105,13 @@ Verification verify(const DistanceField& field, const ScanBuffer& scan, const He
   prior.add(T, scan.centroid(), prior_information, unused);
   double lowest = kBetter;
   for (int d = 0; d < 6; ++d) {
-    const bool silent = !(info.share[d] >= degenerate_threshold);
-    if (!silent && (d >= kMostProbed || info.share[d] > kProbedBelow)) continue;
+    const bool no_information = !(info.share[d] >= degenerate_threshold);
+    if (!no_information && (d >= kMostProbed || info.share[d] > kProbedBelow)) continue;
     const Vector6d xi = twistAlong(info.directions.col(d), scan, T, scales.probe, 1e-3);
     const bool pinned = xi.dot(prior_information * xi) > kPinned;
     double least = kCertain;
     for (const double side : {-1.0, 1.0}) {
-      if (silent || pinned) break;
+      if (no_information || pinned) break;
       for (const double far : {1.0, kFurther}) {
         const Eigen::Isometry3d T_there = retract(T, scan.centroid(), side * far * xi);
         const double evidence =
@@ -118,21 +119,21 @@ Verification verify(const DistanceField& field, const ScanBuffer& scan, const He
         least = std::min(least, evidence);
         if (evidence < lowest) {
           lowest = evidence;
-          out.better.assign(1, T_there);
+          out.better_poses.assign(1, T_there);
         }
         if (evidence > kClear) break;
       }
     }
     const auto index = static_cast<std::size_t>(d);
-    out.silent[index] = silent;
-    out.unnoticed[index] = !silent && least < kNoticed;
-    if (silent || out.unnoticed[index]) {
+    out.without_information[index] = no_information;
+    out.without_evidence[index] = !no_information && least < kNoticed;
+    if (no_information || out.without_evidence[index]) {
       ++out.degenerate_directions;
       if (!pinned) ++out.open_directions;
     } else {
       out.least_evidence = std::min(out.least_evidence, least);
     }
-    out.weakest = std::min(out.weakest, silent && !pinned ? 0.0 : least);
+    out.weakest = std::min(out.weakest, no_information && !pinned ? 0.0 : least);
   }
   return out;
 }

@@ -39,11 +39,11 @@ struct Verification {
   double least_evidence = 100.0;
   double weakest = 100.0;  ///< the same of all directions that the prior leaves open
   int degenerate_directions = 0;
-  std::array<bool, 6> silent{};     ///< per direction of the information: none
-  std::array<bool, 6> unnoticed{};  ///< the scan would not notice a pose that is off that way
-  int open_directions = 0;          ///< degenerate, and the prior does not fix them to the tolerance either
+  std::array<bool, 6> without_information{};  ///< per direction of the information: none
+  std::array<bool, 6> without_evidence{};     ///< the scan would not notice a pose that is off that way
+  int open_directions = 0;  ///< degenerate, and the prior does not fix them to the tolerance either
   /// Poses along weak directions that explain the scan better.
-  std::vector<Eigen::Isometry3d> better;
+  std::vector<Eigen::Isometry3d> better_poses;
 };
 
 Verification verify(const DistanceField& field, const ScanBuffer& scan, const HeldOut& held_out,

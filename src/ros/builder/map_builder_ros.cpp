@@ -245,7 +245,7 @@ void MapBuilderRos::publishProgress() {
   message.without_transform = input.without_transform;
   message.waiting = fusion.waiting;
   message.dropped = fusion.dropped;
-  message.refused = fusion.refused;
+  message.refused = fusion.rejected;
   message.fused = fusion.fused;
   if (message == last_progress_) return;
   message.header.stamp = ros::Time::now();
@@ -265,19 +265,19 @@ void MapBuilderRos::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
     status.mergeSummaryf(Level::WARN, "%u clouds dropped: fusion is slower than they come", fusion.dropped);
   const std::string problem = checkpoint_.problem();
   if (!problem.empty()) status.mergeSummary(Level::ERROR, "no checkpoint: " + problem);
-  if (fusion.refused > 0) status.mergeSummary(Level::WARN, "last refused cloud: " + fusion.last_error);
+  if (fusion.rejected > 0) status.mergeSummary(Level::WARN, "last refused cloud: " + fusion.last_error);
   status.add("clouds received", input.received);
   status.add("clouds not selected", input.skipped);
   status.add("clouds without transform", input.without_transform);
   status.add("clouds waiting", fusion.waiting);
   status.add("clouds dropped", fusion.dropped);
-  status.add("clouds refused", fusion.refused);
+  status.add("clouds refused", fusion.rejected);
   status.add("clouds fused", fusion.fused);
   status.addf("volume memory [MB]", "%.1f", 1e-6 * static_cast<double>(fusion.volume_bytes));
   status.add("map id", held ? held->message.map_id : "none");
 }
 
-ros::Publisher publishBuilderRefusal(ros::NodeHandle private_nh, const std::string& message) {
+ros::Publisher publishBuilderStartError(ros::NodeHandle private_nh, const std::string& message) {
   ros::Publisher publisher = private_nh.advertise<ttsdf_localization::BuildProgress>("progress", 1, true);
   ttsdf_localization::BuildProgress progress;
   progress.header.stamp = ros::Time::now();

@@ -88,6 +88,6 @@ class MapBuilderRos {
 };
 
 /// For a node that refuses to start: a latched ~progress whose step says why.
-ros::Publisher publishBuilderRefusal(ros::NodeHandle private_nh, const std::string& message);
+ros::Publisher publishBuilderStartError(ros::NodeHandle private_nh, const std::string& message);
 
 }  // namespace ttsdf

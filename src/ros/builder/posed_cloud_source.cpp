@@ -32,12 +32,12 @@ PosedCloudSource::PosedCloudSource(ros::NodeHandle nh, const std::string& global
       if (!added.left_out.empty())
         ROS_WARN_STREAM_THROTTLE(5.0, "left out: " << added.left_out << " (from " << authority << ")");
     }
-    if (!queue_.empty()) workOnQueue();
+    if (!queue_.empty()) processQueue();
   });
   subscriber_ =
       nh.subscribe("cloud", static_cast<std::uint32_t>(queue_size), &PosedCloudSource::onCloud, this);
   timer_ =
-      nh.createWallTimer(ros::WallDuration(kLook), [this](const ros::WallTimerEvent&) { workOnQueue(); });
+      nh.createWallTimer(ros::WallDuration(kLook), [this](const ros::WallTimerEvent&) { processQueue(); });
 }
 
 PosedCloudSource::~PosedCloudSource() {
@@ -54,8 +54,8 @@ void PosedCloudSource::onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
     counts_.sensor_frame_id = withoutLeadingSlash(cloud->header.frame_id);
   }
   // tf2 takes stamp 0 for "the newest transform", which is the pose of another moment.
-  if (cloud->header.stamp.isZero()) return refuse(cloud->header.frame_id, "the cloud has stamp 0");
-  if (cloud->header.frame_id.empty()) return refuse("", "the cloud has an empty frame_id");
+  if (cloud->header.stamp.isZero()) return reject(cloud->header.frame_id, "the cloud has stamp 0");
+  if (cloud->header.frame_id.empty()) return reject("", "the cloud has an empty frame_id");
   bool jumped_back = false;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -75,16 +75,16 @@ void PosedCloudSource::onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
   scan.header.frame_id = withoutLeadingSlash(cloud->header.frame_id);
   scan.cloud = cloud;
   queue_.put(std::move(scan), ros::Time::now());
-  workOnQueue();
+  processQueue();
 }
 
-void PosedCloudSource::workOnQueue() {
+void PosedCloudSource::processQueue() {
   while (const std::optional<ScanQueue::Taken> taken = queue_.take(ros::Time::now())) {
     // Overtaken clouds were complete: all are fused, one after the other.
     if (taken->missing.empty()) {
       handle(taken->scan);
     } else {
-      refuse(taken->scan.header.frame_id, taken->missing);
+      reject(taken->scan.header.frame_id, taken->missing);
     }
   }
 }
@@ -95,7 +95,7 @@ void PosedCloudSource::handle(const QueuedScan& scan) {
     T_map_sensor = fromMessage(
         buffer_.lookupTransform(global_frame_id_, scan.header.frame_id, scan.header.stamp).transform);
   } catch (const std::exception& error) {  // forgotten meanwhile, or one that is no rigid motion
-    return refuse(scan.header.frame_id, error.what());
+    return reject(scan.header.frame_id, error.what());
   }
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -109,7 +109,7 @@ void PosedCloudSource::handle(const QueuedScan& scan) {
   callback_(scan.cloud, T_map_sensor);
 }
 
-void PosedCloudSource::refuse(const std::string& frame_id, const std::string& why) {
+void PosedCloudSource::reject(const std::string& frame_id, const std::string& why) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++counts_.without_transform;
   counts_.last_transform_error = "no transform from '" + frame_id + "' to '" + global_frame_id_ + "': " + why;

@@ -48,9 +48,9 @@ class PosedCloudSource {
 
  private:
   void onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud);
-  void workOnQueue();
+  void processQueue();
   void handle(const QueuedScan& scan);
-  void refuse(const std::string& frame_id, const std::string& why);
+  void reject(const std::string& frame_id, const std::string& why);
 
   const std::string global_frame_id_;
   const Callback callback_;

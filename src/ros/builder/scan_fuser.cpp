@@ -145,7 +145,7 @@ void ScanFuser::fuse(const Scan& scan) {
   if (error.empty()) {
     ++counts_.fused;
   } else {
-    ++counts_.refused;
+    ++counts_.rejected;
     counts_.last_error = error;
   }
   counts_.volume_bytes = volume_.memoryBytes();

@@ -29,9 +29,9 @@ const OptionTable<ScanFuserOptions>& scanFuserOptionTable();
 class ScanFuser {
  public:
   struct Counts {
-    std::uint32_t waiting = 0, dropped = 0, refused = 0, fused = 0;
+    std::uint32_t waiting = 0, dropped = 0, rejected = 0, fused = 0;
     std::size_t volume_bytes = 0;
-    std::string last_error;  ///< why the last cloud was refused
+    std::string last_error;  ///< why the last cloud was rejected
   };
 
   /// Starts the fusion thread with what was fused before, if anything. Throws std::invalid_argument for bad
@@ -77,7 +77,7 @@ class ScanFuser {
   std::deque<Scan> queue_;
   Counts counts_;
   std::uint64_t queued_ = 0,
-                done_ = 0;  ///< clouds ever pushed; fused, refused, dropped or thrown away by reset
+                done_ = 0;  ///< clouds ever pushed; fused, rejected, dropped or thrown away by reset
   bool stop_ = false;
   std::thread thread_;
 };

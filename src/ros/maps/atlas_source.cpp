@@ -142,7 +142,7 @@ RegistrationResult AtlasSource::find(const ScanPoints& points, const std::option
   return result;
 }
 
-bool AtlasSource::bring(const Eigen::Vector3d& place, const ProgressCallback& progress) {
+bool AtlasSource::loadAround(const Eigen::Vector3d& place, const ProgressCallback& progress) {
   constexpr double kLook = 0.1;  // [s] between two looks at whether it is cancelled
   const auto loader = this->loader();
   if (!loader) return false;

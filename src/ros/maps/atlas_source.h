@@ -38,7 +38,7 @@ class AtlasSource {
   RegistrationResult find(const ScanPoints& points, const std::optional<Eigen::Vector3d>& gravity,
                           const ProgressCallback& progress);
   /// Waits until the maps around a place are in use.
-  bool bring(const Eigen::Vector3d& place, const ProgressCallback& progress);
+  bool loadAround(const Eigen::Vector3d& place, const ProgressCallback& progress);
   /// What the last find() has to say beside its result: twins, maps that cannot be read.
   std::string remark() const;
 

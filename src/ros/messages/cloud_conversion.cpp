@@ -17,7 +17,7 @@ constexpr double kNonsense = 0.6, kSense = 0.95;
 using sensor_msgs::PointCloud2;
 using sensor_msgs::PointField;
 
-[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("cloud: " + what); }
+[[noreturn]] void throwInvalid(const std::string& what) { throw std::invalid_argument("cloud: " + what); }
 
 const PointField& findField(const PointCloud2& cloud, const std::string& name) {
   std::string names;
@@ -26,13 +26,13 @@ const PointField& findField(const PointCloud2& cloud, const std::string& name) {
     names += (names.empty() ? "" : " ") + field.name;
     if (field.name != name) continue;
     if (found && (found->offset != field.offset || found->datatype != field.datatype)) {
-      refuse("two fields '" + name + "', at the bytes " + std::to_string(found->offset) + " and " +
-             std::to_string(field.offset) + " of a point, wanted one");
+      throwInvalid("two fields '" + name + "', at the bytes " + std::to_string(found->offset) + " and " +
+                   std::to_string(field.offset) + " of a point, wanted one");
     }
     found = &field;
   }
   if (found) return *found;
-  refuse("no field '" + name + "'; got fields '" + names + "', wanted x, y, z");
+  throwInvalid("no field '" + name + "'; got fields '" + names + "', wanted x, y, z");
 }
 
 /// Where x, y, z stand in a point; checked against the size of the data.
@@ -50,29 +50,29 @@ Layout checkedLayout(const PointCloud2& cloud) {
   layout.swap = (cloud.is_bigendian != 0) != hostIsBigEndian();
   layout.datatype = findField(cloud, "x").datatype;
   if (layout.datatype != PointField::FLOAT32 && layout.datatype != PointField::FLOAT64) {
-    refuse("field 'x' has datatype " + std::to_string(layout.datatype) +
-           ", wanted float32 (7) or float64 (8)");
+    throwInvalid("field 'x' has datatype " + std::to_string(layout.datatype) +
+                 ", wanted float32 (7) or float64 (8)");
   }
   const std::size_t size = layout.datatype == PointField::FLOAT32 ? 4 : 8;
   const std::array<const char*, 3> names{{"x", "y", "z"}};
   for (std::size_t n = 0; n < 3; ++n) {
     const PointField& field = findField(cloud, names[n]);
     if (field.datatype != layout.datatype) {
-      refuse(std::string("fields 'x' and '") + names[n] + "' differ in datatype: " +
-             std::to_string(layout.datatype) + " and " + std::to_string(field.datatype));
+      throwInvalid(std::string("fields 'x' and '") + names[n] + "' differ in datatype: " +
+                   std::to_string(layout.datatype) + " and " + std::to_string(field.datatype));
     }
     if (std::uint64_t{field.offset} + size > layout.point_step) {
-      refuse(std::string("field '") + names[n] + "' ends at byte " +
-             std::to_string(std::uint64_t{field.offset} + size) + " of a point of " +
-             std::to_string(layout.point_step) + " bytes");
+      throwInvalid(std::string("field '") + names[n] + "' ends at byte " +
+                   std::to_string(std::uint64_t{field.offset} + size) + " of a point of " +
+                   std::to_string(layout.point_step) + " bytes");
     }
     layout.offset[n] = field.offset;
     for (std::size_t m = 0; m < n; ++m) {
       if (std::max(layout.offset[m], layout.offset[n]) - std::min(layout.offset[m], layout.offset[n]) <
           size) {
-        refuse(std::string("fields '") + names[m] + "' and '" + names[n] + "' overlap: got the bytes " +
-               std::to_string(layout.offset[m]) + " and " + std::to_string(layout.offset[n]) +
-               " of a point, wanted them " + std::to_string(size) + " apart");
+        throwInvalid(std::string("fields '") + names[m] + "' and '" + names[n] + "' overlap: got the bytes " +
+                     std::to_string(layout.offset[m]) + " and " + std::to_string(layout.offset[n]) +
+                     " of a point, wanted them " + std::to_string(size) + " apart");
       }
     }
   }
@@ -84,11 +84,12 @@ Layout checkedLayout(const PointCloud2& cloud) {
   if (!fits && odd && cloud.data.size() / cloud.height == packed && cloud.data.size() % cloud.height == 0)
     layout.row_step = packed;
   if (layout.row_step < packed) {
-    refuse("row_step " + std::to_string(layout.row_step) +
-           " is less than width x point_step = " + std::to_string(packed));
+    throwInvalid("row_step " + std::to_string(layout.row_step) +
+                 " is less than width x point_step = " + std::to_string(packed));
   }
   if (cloud.data.size() < needed())
-    refuse("got " + std::to_string(cloud.data.size()) + " bytes of data, wanted " + std::to_string(needed()));
+    throwInvalid("got " + std::to_string(cloud.data.size()) + " bytes of data, wanted " +
+                 std::to_string(needed()));
   return layout;
 }
 

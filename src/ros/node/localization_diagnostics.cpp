@@ -84,7 +84,7 @@ void LocalizationDiagnostics::scans(Wrapper& out) {
   out.add("without transforms", scans.untransformed);
   out.add("dropped for a newer one", scans.dropped);
   out.add("skipped", scans.skipped);
-  out.add("refused", scans.refused);
+  out.add("refused", scans.rejected);
   out.add("latency of the last pose [s]", view_.status.latency);
 }
 

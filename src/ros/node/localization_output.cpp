@@ -60,39 +60,39 @@ const char* statusStateName(std::uint8_t state) {
   }
 }
 
-std::uint8_t statusReason(RefusalReason reason) {
+std::uint8_t statusReason(RejectionReason reason) {
   switch (reason) {
-    case RefusalReason::kNone:
+    case RejectionReason::kNone:
       return Status::REASON_NONE;
-    case RefusalReason::kNotConverged:
+    case RejectionReason::kNotConverged:
       return Status::REASON_NOT_CONVERGED;
-    case RefusalReason::kTooFewPoints:
+    case RejectionReason::kTooFewPoints:
       return Status::REASON_TOO_FEW_POINTS;
-    case RefusalReason::kOutsideMap:
+    case RejectionReason::kOutsideMap:
       return Status::REASON_OUTSIDE_MAP;
-    case RefusalReason::kResidual:
+    case RejectionReason::kResidual:
       return Status::REASON_RESIDUAL;
-    case RefusalReason::kInliers:
+    case RejectionReason::kInliers:
       return Status::REASON_INLIERS;
-    case RefusalReason::kJump:
+    case RejectionReason::kJump:
       return Status::REASON_JUMP;
-    case RefusalReason::kDegenerate:
+    case RejectionReason::kDegenerate:
       return Status::REASON_DEGENERATE;
-    case RefusalReason::kAmbiguous:
+    case RejectionReason::kAmbiguous:
       return Status::REASON_AMBIGUOUS;
-    case RefusalReason::kLowScore:
+    case RejectionReason::kLowScore:
       return Status::REASON_LOW_SCORE;
-    case RefusalReason::kCancelled:
+    case RejectionReason::kCancelled:
       return Status::REASON_CANCELLED;
-    case RefusalReason::kNoStartPose:
+    case RejectionReason::kNoStartPose:
       return Status::REASON_NO_START_POSE;
-    case RefusalReason::kNoMap:
+    case RejectionReason::kNoMap:
       return Status::REASON_NO_MAP;
-    case RefusalReason::kOldStamp:
+    case RejectionReason::kOldStamp:
       return Status::REASON_OLD_STAMP;
-    case RefusalReason::kNoPrior:
+    case RejectionReason::kNoPrior:
       return Status::REASON_NO_TRANSFORM;
-    case RefusalReason::kNoScan:
+    case RejectionReason::kNoScan:
       return Status::REASON_NO_SCAN;
   }
   return Status::REASON_NONE;

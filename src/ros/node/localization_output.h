@@ -16,7 +16,7 @@ namespace ttsdf {
 
 /// States and reasons of the library as the message's constants.
 std::uint8_t statusState(LocalizerState state);
-std::uint8_t statusReason(RefusalReason reason);
+std::uint8_t statusReason(RejectionReason reason);
 const char* statusStateName(std::uint8_t state);
 
 /// The figures of an update; counters and map are the caller's.

@@ -81,7 +81,7 @@ void LocalizationPipeline::addTransforms(const tf2_msgs::TFMessage& message, con
     timeJumpedBack("the transforms' stamps went back");
     localizer_.addTransforms(message, authority, is_static, ros::Time::now());
   }
-  if (outcome.left_out > 0) sayLeftOut(outcome.why + " (from " + authority + ")");
+  if (outcome.left_out > 0) warnLeftOut(outcome.why + " (from " + authority + ")");
   if (localizer_.queue().empty()) return;
   {
     const std::lock_guard<std::mutex> lock(work_mutex_);
@@ -90,7 +90,7 @@ void LocalizationPipeline::addTransforms(const tf2_msgs::TFMessage& message, con
   work_.notify_one();
 }
 
-void LocalizationPipeline::sayLeftOut(const std::string& transform) {
+void LocalizationPipeline::warnLeftOut(const std::string& transform) {
   const ros::WallTime now = ros::WallTime::now();
   if ((now - last_left_out_).toSec() < kLeftOutPeriod) return;
   last_left_out_ = now;
@@ -114,11 +114,11 @@ void LocalizationPipeline::addScan(QueuedScan scan) {
   work_.notify_one();
 }
 
-void LocalizationPipeline::refuseScan(const std_msgs::Header& header, const std::string& message) {
+void LocalizationPipeline::rejectScan(const std_msgs::Header& header, const std::string& message) {
   {
     const std::lock_guard<std::mutex> lock(counts_mutex_);
     ++counts_.unreadable;
-    ++counts_.refused;
+    ++counts_.rejected;
   }
   ROS_WARN_STREAM_THROTTLE_NAMED(5.0, name_, name_ << ": " << message);
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -139,18 +139,18 @@ void LocalizationPipeline::run() {
       work_waits_ = false;
     }
     // A lock is not fair: events get their turn between two scans.
-    while (!stopping_ && workOnNext()) std::this_thread::sleep_for(kTurn);
+    while (!stopping_ && processNext()) std::this_thread::sleep_for(kTurn);
     busy_since_ = Clock::time_point();
   }
 }
 
-bool LocalizationPipeline::workOnNext() {
+bool LocalizationPipeline::processNext() {
   const std::lock_guard<std::mutex> lock(mutex_);
   const Clock::time_point begin = Clock::now();
   if (busy_since_ == Clock::time_point()) busy_since_ = begin;
   std::optional<ScanOutcome> outcome;
   try {
-    localizer_.passTime(secondsSinceLastLook());
+    localizer_.advanceTime(secondsSinceLastLook());
     outcome = localizer_.next(ros::Time::now(), begin - busy_since_ > kMostBacklog);
     if (!outcome) return false;
     handle(std::move(*outcome));
@@ -162,17 +162,17 @@ bool LocalizationPipeline::workOnNext() {
 
 void LocalizationPipeline::handle(ScanOutcome outcome) {
   using Kind = ScanOutcome::Kind;
-  const bool refused = outcome.kind == Kind::kRefused || outcome.kind == Kind::kOld;
-  const bool no_pose = refused || (outcome.kind == Kind::kLocalized && !outcome.update.pose_valid);
+  const bool rejected = outcome.kind == Kind::kRejected || outcome.kind == Kind::kOld;
+  const bool no_pose = rejected || (outcome.kind == Kind::kLocalized && !outcome.update.pose_valid);
   {
     const std::lock_guard<std::mutex> lock(counts_mutex_);
     if (outcome.kind == Kind::kOvertaken) ++counts_.dropped;
     if (outcome.kind == Kind::kSkipped) ++counts_.skipped;
-    if (outcome.kind == Kind::kRefused) ++counts_.untransformed;
-    if (no_pose) ++counts_.refused;
-    if (outcome.kind != Kind::kRefused) counts_.last_taken = ros::WallTime::now();
+    if (outcome.kind == Kind::kRejected) ++counts_.untransformed;
+    if (no_pose) ++counts_.rejected;
+    if (outcome.kind != Kind::kRejected) counts_.last_taken = ros::WallTime::now();
   }
-  if (refused) {
+  if (rejected) {
     const bool old = outcome.kind == Kind::kOld;
     Status status = currentStatus();
     status.reason = old ? statusReason(outcome.update.reason) : std::uint8_t{Status::REASON_NO_TRANSFORM};
@@ -220,7 +220,7 @@ void LocalizationPipeline::publishStatus(Status status, const ros::Time& stamp, 
   {
     const std::lock_guard<std::mutex> lock(counts_mutex_);
     status.scans = counts_.received;
-    status.refused = counts_.refused;
+    status.refused = counts_.rejected;
     status.dropped = counts_.dropped;
   }
   if (paused_) status.state = Status::PAUSED;

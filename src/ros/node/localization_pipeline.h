@@ -39,7 +39,7 @@ struct ScanCounts {
   std::uint32_t untransformed = 0;  ///< transforms missing
   std::uint32_t dropped = 0;        ///< overtaken by newer ones, or thrown away by a reset or a time jump
   std::uint32_t skipped = 0;        ///< not needed: max_rate, update_min_*
-  std::uint32_t refused = 0;        ///< without a pose, whatever the reason
+  std::uint32_t rejected = 0;       ///< without a pose, whatever the reason
   ros::WallTime last_arrival, last_taken;  ///< zero: never
 };
 
@@ -47,7 +47,7 @@ struct ScanCounts {
 struct WiderSearch {
   GlobalSearch find;
   /// Puts the maps around the place found into use; false: cancelled, or they cannot be had.
-  std::function<bool(const Eigen::Vector3d& p_map, const ProgressCallback& progress)> bring;
+  std::function<bool(const Eigen::Vector3d& p_map, const ProgressCallback& progress)> loadAround;
   /// What the last search has to say beside its result; may be empty.
   std::function<std::string()> remark;
 };
@@ -70,7 +70,7 @@ class LocalizationPipeline {
   void noteArrival();
   void addScan(QueuedScan scan);
   /// A scan that could not be read.
-  void refuseScan(const std_msgs::Header& header, const std::string& message);
+  void rejectScan(const std_msgs::Header& header, const std::string& message);
 
   // Events: localization_pipeline_events.cpp.
   void useMap(LoadedMap map, std::optional<PoseRequest> pose = {});
@@ -110,7 +110,7 @@ class LocalizationPipeline {
   View view() const;
   std::optional<PoseGuess> trackedPose() const;
   /// Where the robot is, or where somebody said it is: there maps are needed.
-  std::optional<Eigen::Vector3d> place();
+  std::optional<Eigen::Vector3d> robotPosition();
   std::string whyWaiting() const { return localizer_.queue().whyWaiting(); }
 
  private:
@@ -122,10 +122,10 @@ class LocalizationPipeline {
 
   // localization_pipeline.cpp: the way of a scan.
   void run();
-  bool workOnNext();
+  bool processNext();
   void handle(ScanOutcome outcome);
   void publishUpdate(const LocalizationUpdate& update, const SeenScan& seen);
-  void sayLeftOut(const std::string& transform);
+  void warnLeftOut(const std::string& transform);
   void publishStatus(Status status, const ros::Time& stamp, bool of_a_scan);
   Status currentStatus() const;
   double secondsSinceLastLook();

@@ -140,7 +140,7 @@ void LocalizationPipeline::tick(const std::string& scans_waiting) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const double seconds = secondsSinceLastLook();
   if (paused_) return;
-  localizer_.passTime(seconds);
+  localizer_.advanceTime(seconds);
   if (const std::optional<LocalizationUpdate> update = localizer_.checkSilence()) {
     if (update->state == LocalizerState::kLost) tf_output_.stop();
     Status status = toStatus(*update);
@@ -212,12 +212,12 @@ LocalizationPipeline::View LocalizationPipeline::view() const {
   const std::lock_guard<std::mutex> counts_lock(counts_mutex_);
   view.scans = counts_;
   view.status.scans = counts_.received;
-  view.status.refused = counts_.refused;
+  view.status.refused = counts_.rejected;
   view.status.dropped = counts_.dropped;
   return view;
 }
 
-std::optional<Eigen::Vector3d> LocalizationPipeline::place() {
+std::optional<Eigen::Vector3d> LocalizationPipeline::robotPosition() {
   const std::lock_guard<std::mutex> lock(mutex_);
   const LocalizerState state = localizer_.localizer().state();
   if (state == LocalizerState::kTracking || state == LocalizerState::kDegraded) {

@@ -53,7 +53,7 @@ void LocalizationPipeline::runGlobal(GlobalJob& job, const ProgressCallback& pro
     const std::lock_guard<std::mutex> lock(mutex_);
     place_ = found;
   }
-  search.bring(found, progress);  // the scans that confirm the place come at once
+  search.loadAround(found, progress);  // the scans that confirm the place come at once
 }
 
 void LocalizationPipeline::onGlobalProgress(double share) {
@@ -111,7 +111,7 @@ void LocalizationPipeline::awaitPose(std::uint64_t order,
   if (!global_outcome_) throw std::runtime_error("ended without a result");
   response.score = global_outcome_->registration.score;
   response.runner_up_score = global_outcome_->registration.runner_up_score;
-  if (global_outcome_->reason != RefusalReason::kNone) throw std::runtime_error(global_outcome_->message);
+  if (global_outcome_->reason != RejectionReason::kNone) throw std::runtime_error(global_outcome_->message);
   // The order first: a pose that another one gave is not this one's.
   while (order != orders_ || !pose_since_global_) {
     checkConfirming(order, deadline);

@@ -90,8 +90,8 @@ void LocalizationRos::subscribe() {
   };
   callbacks.time_jumped_back = [this](const std::string& why) { pipeline_.timeJumpedBack(why); };
   callbacks.ready = [this](QueuedScan scan) { pipeline_.addScan(std::move(scan)); };
-  callbacks.refused = [this](const std_msgs::Header& header, const std::string& message) {
-    pipeline_.refuseScan(header, message);
+  callbacks.rejected = [this](const std_msgs::Header& header, const std::string& message) {
+    pipeline_.rejectScan(header, message);
   };
   scans_ = std::make_unique<ScanInput>(scan_node_, options_.input, options_.cloud, std::move(callbacks));
   const auto loaded = [this](LoadedMap map) { pipeline_.useMap(std::move(map)); };
@@ -111,7 +111,7 @@ void LocalizationRos::subscribe() {
              return atlas_source_->find(points, gravity, progress);
            },
            [this](const Eigen::Vector3d& place, const ProgressCallback& progress) {
-             return atlas_source_->bring(place, progress);
+             return atlas_source_->loadAround(place, progress);
            },
            [this] { return atlas_source_->remark(); }});
     } catch (const std::exception& error) {
@@ -188,7 +188,7 @@ void LocalizationRos::watch() {
     const std::string waiting = paused_ ? std::string() : warnWhenQuiet(pipeline_.view().scans);
     pipeline_.tick(waiting);
     if (atlas_source_) {
-      if (const auto place = pipeline_.place()) {
+      if (const auto place = pipeline_.robotPosition()) {
         atlas_source_->want(*place);
       } else {
         atlas_source_->wantAny();
@@ -237,7 +237,7 @@ std::string LocalizationRos::warnWhenQuiet(const ScanCounts& scans) {
   return text;
 }
 
-ros::Publisher publishRefusal(ros::NodeHandle node, const std::string& message) {
+ros::Publisher publishStartError(ros::NodeHandle node, const std::string& message) {
   ros::Publisher publisher = node.advertise<ttsdf_localization::LocalizationStatus>("status", 1, true);
   ttsdf_localization::LocalizationStatus status;
   status.header.stamp = ros::Time::now();

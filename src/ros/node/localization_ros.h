@@ -103,6 +103,6 @@ class LocalizationRos {
 
 /// For a node that refuses to start: a latched status that says why, so that the reason is not only in the
 /// log.
-ros::Publisher publishRefusal(ros::NodeHandle node, const std::string& message);
+ros::Publisher publishStartError(ros::NodeHandle node, const std::string& message);
 
 }  // namespace ttsdf

@@ -111,7 +111,7 @@ void ScanInput::subscribeDepth(ros::NodeHandle& node, const std::string& name) {
         try {
           image = boost::make_shared<sensor_msgs::Image>(decompressDepth(*compressed));
         } catch (const std::exception& error) {
-          if (callbacks_.arrived()) callbacks_.refused(compressed->header, error.what());
+          if (callbacks_.arrived()) callbacks_.rejected(compressed->header, error.what());
           return;
         }
         onImage(topic, image);
@@ -127,8 +127,8 @@ void ScanInput::onInfo(Topic& topic, const sensor_msgs::CameraInfoConstPtr& info
 void ScanInput::onImage(Topic& topic, const sensor_msgs::ImageConstPtr& image) {
   if (!topic.info) {  // its camera_info may come next
     if (topic.waiting && callbacks_.arrived())
-      callbacks_.refused(topic.waiting->header,
-                         "no camera_info on '" + topic.info_subscriber.getTopic() + "'");
+      callbacks_.rejected(topic.waiting->header,
+                          "no camera_info on '" + topic.info_subscriber.getTopic() + "'");
     topic.waiting = image;
     return;
   }
@@ -138,7 +138,7 @@ void ScanInput::onImage(Topic& topic, const sensor_msgs::ImageConstPtr& image) {
 
 void ScanInput::take(Topic& topic, const std_msgs::Header& header,
                      const std::function<ConvertedCloud(const CloudOptions&)>& convert) {
-  // Without simulated time a looping bag shows in the stamps only; a stamp ahead of the clock is refused
+  // Without simulated time a looping bag shows in the stamps only; a stamp ahead of the clock is rejected
   // below. A jump of the clock is noticed elsewhere, and must not be noticed again here.
   const ros::Time now = ros::Time::now();
   topic.stamps.clockJumpedBack(now);
@@ -170,7 +170,7 @@ void ScanInput::take(Topic& topic, const std_msgs::Header& header,
   if (problem.empty()) {
     callbacks_.ready(std::move(scan));
   } else {
-    callbacks_.refused(header, problem);
+    callbacks_.rejected(header, problem);
   }
 }
 

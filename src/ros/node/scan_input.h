@@ -28,7 +28,7 @@ class ScanInput {
     /// The stamps of a topic went back.
     std::function<void(const std::string& why)> time_jumped_back;
     std::function<void(QueuedScan scan)> ready;
-    std::function<void(const std_msgs::Header& header, const std::string& message)> refused;
+    std::function<void(const std_msgs::Header& header, const std::string& message)> rejected;
   };
 
   /// Subscribes the topics of the options; callbacks run in the queue of `node`.
@@ -45,7 +45,7 @@ class ScanInput {
   void subscribeDepth(ros::NodeHandle& node, const std::string& name);
   void onInfo(Topic& topic, const sensor_msgs::CameraInfoConstPtr& info);
   void onImage(Topic& topic, const sensor_msgs::ImageConstPtr& image);
-  /// Checks the header and converts; whatever is wrong is refused.
+  /// Checks the header and converts; whatever is wrong is rejected.
   void take(Topic& topic, const std_msgs::Header& header,
             const std::function<ConvertedCloud(const CloudOptions&)>& convert);
 

@@ -64,7 +64,7 @@ void BagLocalizer::add(const std_msgs::Header& header,
   scan.header = header;
   scan.header.frame_id = withoutLeadingSlash(header.frame_id);
   const std::string problem = stampProblem(header.stamp, now_);
-  if (!problem.empty()) return refuse(scan.header, Status::REASON_BAD_CLOUD, kBagTime + problem);
+  if (!problem.empty()) return reject(scan.header, Status::REASON_BAD_CLOUD, kBagTime + problem);
   if (clock_watch_.stampsJumpedBack(header.stamp)) timeJumpedBack();
   try {
     if (scan.header.frame_id.empty()) throw std::invalid_argument("the scan has no frame_id");
@@ -78,7 +78,7 @@ void BagLocalizer::add(const std_msgs::Header& header,
     }
     scan.points = std::move(converted.points);
   } catch (const std::exception& error) {
-    refuse(scan.header, Status::REASON_BAD_CLOUD, error.what());
+    reject(scan.header, Status::REASON_BAD_CLOUD, error.what());
     return;
   }
   localizer_.queue().put(std::move(scan), now_);
@@ -87,12 +87,12 @@ void BagLocalizer::add(const std_msgs::Header& header,
 void BagLocalizer::advance(const ros::Time& time) {
   const double seconds = now_.isZero() ? 0.0 : secondsBetween(now_, time);
   now_ = time;
-  localizer_.passTime(std::clamp(seconds, 0.0, kLongestStep));
-  workOnScans(false);
+  localizer_.advanceTime(std::clamp(seconds, 0.0, kLongestStep));
+  processScans(false);
   localizer_.checkSilence();
 }
 
-void BagLocalizer::finish() { workOnScans(true); }
+void BagLocalizer::processRemaining() { processScans(true); }
 
 std::vector<std::string> BagLocalizer::warnings() const {
   std::vector<std::string> all = warnings_;
@@ -118,18 +118,18 @@ std::vector<std::string> BagLocalizer::warnings() const {
   return all;
 }
 
-void BagLocalizer::workOnScans(bool at_end) {
+void BagLocalizer::processScans(bool at_end) {
   while (const std::optional<ScanOutcome> outcome = localizer_.next(now_, false, at_end)) report(*outcome);
 }
 
 void BagLocalizer::report(const ScanOutcome& outcome) {
   switch (outcome.kind) {
-    case ScanOutcome::Kind::kRefused:
-      return refuse(outcome.header, Status::REASON_NO_TRANSFORM, outcome.message);
+    case ScanOutcome::Kind::kRejected:
+      return reject(outcome.header, Status::REASON_NO_TRANSFORM, outcome.message);
     case ScanOutcome::Kind::kOvertaken:
-      return refuse(outcome.header, Status::REASON_OLD_STAMP, "the scan was overtaken by newer ones");
+      return reject(outcome.header, Status::REASON_OLD_STAMP, "the scan was overtaken by newer ones");
     case ScanOutcome::Kind::kOld:
-      return refuse(outcome.header, statusReason(outcome.update.reason), outcome.update.message);
+      return reject(outcome.header, statusReason(outcome.update.reason), outcome.update.message);
     case ScanOutcome::Kind::kSkipped:
       return;
     case ScanOutcome::Kind::kLocalized:
@@ -147,7 +147,7 @@ void BagLocalizer::runGlobal(const LocalizerScan& scan, const std_msgs::Header& 
   localizer.applyGlobal(job);
 }
 
-void BagLocalizer::refuse(const std_msgs::Header& header, std::uint8_t reason, const std::string& message) {
+void BagLocalizer::reject(const std_msgs::Header& header, std::uint8_t reason, const std::string& message) {
   LocalizationUpdate update;
   update.stamp = header.stamp.toSec();
   update.state = localizer_.localizer().state();
@@ -158,7 +158,7 @@ void BagLocalizer::refuse(const std_msgs::Header& header, std::uint8_t reason, c
 }
 
 void BagLocalizer::timeJumpedBack() {
-  finish();
+  processRemaining();
   localizer_.timeJumpedBack();
 }
 

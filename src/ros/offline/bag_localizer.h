@@ -36,17 +36,17 @@ class BagLocalizer {
   /// The bag has come to `time`: scans that have their transforms by now, or waited too long, are worked on.
   void advance(const ros::Time& time);
   /// The bag has ended: what waits goes on without what is missing.
-  void finish();
+  void processRemaining();
 
   int globalLocalizations() const { return globals_; }
   /// Poses from outside that were refused, and why; scans that hold nothing; messages that were left out.
   std::vector<std::string> warnings() const;
 
  private:
-  void workOnScans(bool at_end);
+  void processScans(bool at_end);
   void report(const ScanOutcome& outcome);
   void runGlobal(const LocalizerScan& scan, const std_msgs::Header& header);
-  void refuse(const std_msgs::Header& header, std::uint8_t reason, const std::string& message);
+  void reject(const std_msgs::Header& header, std::uint8_t reason, const std::string& message);
   void timeJumpedBack();
 
   const LocalizationRosOptions options_;

@@ -192,7 +192,7 @@ void play(const rosbag::Bag& bag, const BagTopics& topics, BagLocalizer& localiz
     }
     progress(static_cast<double>(++done) / view.size());
   }
-  localizer.finish();
+  localizer.processRemaining();
 }
 
 }  // namespace ttsdf

@@ -54,9 +54,9 @@ TransformsOutcome ScanLocalizer::addTransforms(const tf2_msgs::TFMessage& messag
       continue;
     }
     if (is_static) continue;
-    int& refused = old_transforms_[transform.child_frame_id];
-    refused = added.taken ? 0 : refused + 1;
-    outcome.jumped_back = outcome.jumped_back || (refused >= kOldTransforms && isTooOld(transform));
+    int& rejected = old_transforms_[transform.child_frame_id];
+    rejected = added.taken ? 0 : rejected + 1;
+    outcome.jumped_back = outcome.jumped_back || (rejected >= kOldTransforms && isTooOld(transform));
   }
   if (outcome.jumped_back) old_transforms_.clear();
   return outcome;
@@ -82,7 +82,7 @@ std::optional<ScanOutcome> ScanLocalizer::next(const ros::Time& now, bool newest
     outcome.kind = ScanOutcome::Kind::kOvertaken;
     return outcome;
   }
-  outcome.kind = ScanOutcome::Kind::kRefused;
+  outcome.kind = ScanOutcome::Kind::kRejected;
   outcome.message = taken->missing;
   if (!taken->missing.empty()) return outcome;
   try {
@@ -106,7 +106,7 @@ std::optional<ScanOutcome> ScanLocalizer::next(const ros::Time& now, bool newest
     return outcome;
   }
   outcome.update = localizer_.process(outcome.scan);
-  if (outcome.update.reason == RefusalReason::kOldStamp) {
+  if (outcome.update.reason == RejectionReason::kOldStamp) {
     outcome.kind = ScanOutcome::Kind::kOld;
     return outcome;
   }
@@ -119,7 +119,7 @@ std::optional<ScanOutcome> ScanLocalizer::next(const ros::Time& now, bool newest
   return outcome;
 }
 
-void ScanLocalizer::passTime(double seconds) { silence_ += std::max(0.0, seconds); }
+void ScanLocalizer::advanceTime(double seconds) { silence_ += std::max(0.0, seconds); }
 
 std::optional<LocalizationUpdate> ScanLocalizer::checkSilence() {
   return localizer_.withoutScans(silence_, usual_interval_);

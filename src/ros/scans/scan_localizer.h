@@ -23,7 +23,7 @@ struct ScanOutcome {
     kSkipped,    ///< the robot has not moved enough, or max_rate is kept
     kOvertaken,  ///< newer scans came faster than they were taken
     kOld,        ///< not newer than the one before: `update`
-    kRefused     ///< its transforms are missing or broken: `message`
+    kRejected    ///< its transforms are missing or broken: `message`
   };
   Kind kind = Kind::kLocalized;
   std_msgs::Header header;
@@ -59,7 +59,7 @@ class ScanLocalizer {
   /// Works on the next scan of the queue; empty: none can be used yet. `newest`: older ones are passed over.
   std::optional<ScanOutcome> next(const ros::Time& now, bool newest = false, bool at_end = false);
   /// So much time went by [s]; before next(), so that no time from before a scan counts as silence after it.
-  void passTime(double seconds);
+  void advanceTime(double seconds);
   /// What changes where no scan comes.
   std::optional<LocalizationUpdate> checkSilence();
 
@@ -86,7 +86,7 @@ class ScanLocalizer {
   const bool external_prior_;
   tf2::BufferCore buffer_;
   std::map<std::string, int>
-      old_transforms_;  ///< refused in a row, by child frame; of the thread that adds them
+      old_transforms_;  ///< rejected in a row, by child frame; of the thread that adds them
   ScanQueue queue_;
   GravityHint gravity_;
   Localizer localizer_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "ros/messages/stamps.h"
+#include "ttsdf_localization/geometry/median.h"
 
 namespace ttsdf {
 
@@ -137,9 +138,7 @@ bool ScanQueue::odometryIsSilent(const ros::Time& now) const {
   if (!odometry_gaps_.empty()) {
     // Odometry that comes once a second is not silent after half a second.
     std::vector<double> gaps(odometry_gaps_.begin(), odometry_gaps_.end());
-    const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-    std::nth_element(gaps.begin(), middle, gaps.end());
-    limit = std::max(limit, std::min(kSilentPeriods * *middle, kPatience));
+    limit = std::max(limit, std::min(kSilentPeriods * upperMedian(gaps), kPatience));
   }
   return secondsBetween(odometry_seen_, now) >= limit;
 }
