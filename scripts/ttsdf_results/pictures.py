@@ -26,6 +26,7 @@ from .evaluate import parts_failed
 from .store import ROOT, Store, StepError, tools_folder
 
 PIXELS_PER_METRE = 110.0
+TITLE_PIXELS = 36  # above a picture
 FONT_FILE = pathlib.Path("/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf")
 FONT = ImageFont.truetype(str(FONT_FILE), 22) if FONT_FILE.exists() else ImageFont.load_default()
 LIGHT = np.array([-0.4, 0.5, 0.8]) / np.linalg.norm([-0.4, 0.5, 0.8])
@@ -44,8 +45,10 @@ def view(down):
 class Canvas:
     """A depth buffer that points are dropped into, shaded by the slope of what lies in it."""
 
-    def __init__(self, R, points, margin=0.4):
-        low, high = np.percentile((points @ R.T)[:, :2], (0.2, 99.8), axis=0)  # without what lies far out
+    def __init__(self, R, clouds, margin=0.2):
+        """`clouds`: all that has to fit in."""
+        ends = [np.percentile((points @ R.T)[:, :2], (0.2, 99.8), axis=0) for points in clouds]  # without what lies far out
+        low, high = np.min([end[0] for end in ends], axis=0), np.max([end[1] for end in ends], axis=0)
         self.R, self.low = R, low - margin
         size = (PIXELS_PER_METRE * (high + margin - self.low)).astype(int) + 1
         self.depth = np.full((size[1], size[0]), -np.inf)
@@ -114,18 +117,14 @@ def registration(data, store, output, index=525):
     work = store.folder / "pictures"
     work.mkdir(parents=True, exist_ok=True)
     found = registered(store.tools, tt_map, work, scan, prior)
-    canvas = Canvas(view(down), room)
+    scans = [without_ceiling(scan @ T[:3, :3].T + T[:3, 3], down, 3.0) for T in (prior, found)]
+    canvas = Canvas(view(down), [room, *scans])
     canvas.drop(room)
-    parts = []
-    for title, T in (("prior: 0.5 m and 0.24 rad off", prior), ("registered", found)):
-        image = canvas.image(without_ceiling(scan @ T[:3, :3].T + T[:3, 3], down, 3.0))
-        ImageDraw.Draw(image).text((12, 10), title, fill=(0, 0, 0), font=FONT)
-        parts.append(image)
-    across = parts[0].height > parts[0].width
-    size = (2 * parts[0].width, parts[0].height) if across else (parts[0].width, 2 * parts[0].height)
-    both = Image.new("RGB", size, "white")
-    both.paste(parts[0], (0, 0))
-    both.paste(parts[1], (parts[0].width, 0) if across else (0, parts[0].height))
+    parts = [canvas.image(points) for points in scans]
+    both = Image.new("RGB", (2 * parts[0].width, parts[0].height + TITLE_PIXELS), "white")
+    for column, (title, part) in enumerate(zip(("prior: 0.5 m and 0.24 rad off", "registered"), parts)):
+        both.paste(part, (column * part.width, TITLE_PIXELS))
+        ImageDraw.Draw(both).text((column * part.width + 12, 6), title, fill=(0, 0, 0), font=FONT)
     both.quantize(64).save(output / "registration.png", optimize=True)
 
 
