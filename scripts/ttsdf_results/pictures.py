@@ -1,9 +1,9 @@
 """Pictures of README and doc from the present build.
 
-usage: scripts/results pictures [registration] [demo] [menu] [--data FOLDER] [--output FOLDER] [--store FOLDER]
+usage: scripts/results pictures [registration] [menu] [--data FOLDER] [--output FOLDER] [--store FOLDER]
 
   registration    a scan of the red kitchen (red) in its map (grey), from above, before and after (--data or $TTSDF_TEST_DATA)
-  demo, menu      the demo in rviz, and the operator's menu (scripts/screenshot: no screen needed, a build with ROS)
+  menu            the operator's menu in rviz (scripts/screenshot: no screen needed, a build with ROS)
   --output FOLDER where they go (default doc/images)
 
 Without a name: all of them.
@@ -122,7 +122,7 @@ def registration(data, store, output, index=525):
     canvas.drop(room)
     parts = [canvas.image(points) for points in scans]
     both = Image.new("RGB", (2 * parts[0].width, parts[0].height + TITLE_PIXELS), "white")
-    for column, (title, part) in enumerate(zip(("prior: 0.5 m and 0.24 rad off", "registered"), parts)):
+    for column, (title, part) in enumerate(zip(("scan (red), prior 0.5 m and 0.24 rad off", "scan (red), registered"), parts)):
         both.paste(part, (column * part.width, TITLE_PIXELS))
         ImageDraw.Draw(both).text((column * part.width + 12, 6), title, fill=(0, 0, 0), font=FONT)
     both.quantize(64).save(output / "registration.png", optimize=True)
@@ -131,10 +131,6 @@ def registration(data, store, output, index=525):
 def screenshot(output, name, *words):
     subprocess.run([str(ROOT / "scripts" / "screenshot"), *words[:-1], str(ROOT / "rviz" / "localization.rviz"),
                     str(output / f"{name}.png"), "--", *words[-1]], check=True)
-
-
-def demo(output):
-    screenshot(output, "demo", "--wait", "195", ["roslaunch", "ttsdf_localization", "demo.launch", "operator_menu:=true"])
 
 
 def menu(output):
@@ -154,16 +150,14 @@ def main(arguments):
     parser.add_argument("--output", type=pathlib.Path, default=ROOT / "doc" / "images", help=argparse.SUPPRESS)
     parser.add_argument("--store", type=pathlib.Path, help=argparse.SUPPRESS)
     a = parser.parse_args(arguments)
-    unknown = set(a.names) - {"registration", "demo", "menu"}
+    unknown = set(a.names) - {"registration", "menu"}
     if unknown:
-        raise StepError(f"got '{', '.join(sorted(unknown))}', wanted registration, demo or menu")
-    names = a.names or ("registration", "demo", "menu")
+        raise StepError(f"got '{', '.join(sorted(unknown))}', wanted registration or menu")
+    names = a.names or ("registration", "menu")
     a.output.mkdir(parents=True, exist_ok=True)
     build, tools = tools_folder("ttsdf_register", "ttsdf_build")
     if "registration" in names:
         registration(a.data, Store((a.store or build / "evaluation").resolve(), tools), a.output)
-    if "demo" in names:
-        demo(a.output)
     if "menu" in names:
         menu(a.output)
     return 0
