@@ -172,13 +172,14 @@ def reliability_section(rows):
 
 def page_text(facts, scenes, pictures, confidence):
     """`scenes`: name -> figures; `pictures`: name -> file, of some scenes; `confidence`: its section."""
+    ours = all(frames_to_map(name) for name in scenes)  # not a reader's own frames
     return "\n\n".join([
         "# Results", facts_of.sentence(facts),
         "Where others are ahead: [limits](limits.md). Beside this page, once measured: maps, registration without a prior, trajectories "
         "(`scripts/results --help`).",
         "## All scenes", "Success up to 0.5 m and 0.25 rad [%], in brackets answers that are accepted and wrong [%]:",
-        summary_table(scenes), TUNED.strip(), "Median of the successes there [mm / mrad]:", median_table(scenes), NOTES.strip(),
-        "## Scans beside the map", HELD_OUT.strip(), confidence, "## Methods", METHODS.strip(),
+        summary_table(scenes), *([TUNED.strip()] if ours else []), "Median of the successes there [mm / mrad]:", median_table(scenes), NOTES.strip(),
+        *(["## Scans beside the map", HELD_OUT.strip()] if ours else []), confidence, "## Methods", METHODS.strip(),
         *(scene_section(name, figures, pictures.get(name)) for name, figures in scenes.items())]).replace("\n\n\n\n", "\n\n")
 
 
