@@ -50,10 +50,10 @@ frames of the map: in 12 of the 15 scenes at most five frames away (0.17 s at 30
 """
 HELD_OUT = """
 No scan is a frame of the map, but both are from one sequence: scans lie between frames of the map, in six scenes five frames away,
-which is 0.17 s at 30 Hz, in six others one or two. In the red kitchen the next frame of the map is 36 mm and 43 mrad away (median), in the flat 181 mm and
-221 mrad, in the building, at two frames, 259 mm and 216 mrad. So the map has seen the same objects from nearly the same place, and
-nothing has been moved. All methods do better here than they would on a sequence of another day. The harder scenes are
-redkitchen_sparse (50 frames; 308 mm and 177 mrad) and apartment_2 (20 frames; 809 mm and 594 mrad).
+which is 0.17 s at 30 Hz, in six others one or two. In the red kitchen the next frame of the map is 36 mm and 43 mrad away
+(median), in the flat 181 mm and 221 mrad, in the building, at two frames, 259 mm and 216 mrad. So the map has seen the same objects
+from nearly the same place, and nothing has been moved. All methods do better here than they would on a sequence of another day.
+The harder scenes are redkitchen_sparse (50 frames; 308 mm and 177 mrad) and apartment_2 (20 frames; 809 mm and 594 mrad).
 """
 
 
@@ -178,7 +178,8 @@ def page_text(facts, scenes, pictures, confidence):
         "Where others are ahead: [limits](limits.md). Beside this page, once measured: maps, registration without a prior, trajectories "
         "(`scripts/results --help`).",
         "## All scenes", "Success up to 0.5 m and 0.25 rad [%], in brackets answers that are accepted and wrong [%]:",
-        summary_table(scenes), *([TUNED.strip()] if ours else []), "Median of the successes there [mm / mrad]:", median_table(scenes), NOTES.strip(),
+        summary_table(scenes), *([TUNED.strip()] if ours else []), "Median of the successes there [mm / mrad]:", median_table(scenes),
+        NOTES.strip(),
         *(["## Scans beside the map", HELD_OUT.strip()] if ours else []), confidence, "## Methods", METHODS.strip(),
         *(scene_section(name, figures, pictures.get(name)) for name, figures in scenes.items())]).replace("\n\n\n\n", "\n\n")
 

@@ -40,8 +40,8 @@ def table(name, title, figures):
                  percent(row["all"]["accepted_wrong"], 1) + " %", comparison_page.pair(row["all"]) + " mm / mrad",
                  comparison_page.milliseconds(method, row) + " ms"]
         rows.append([label, *(bold(cell, mark) for cell in cells)])
-    head = [f"{title}; {figures['scans']} scans", "map", "in memory", "success from 0.1 / 0.5 / 1 m, 0.25 rad", "accepted and wrong", "median of successes",
-            "per scan"]
+    head = [f"{title}; {figures['scans']} scans", "map", "in memory", "success from 0.1 / 0.5 / 1 m, 0.25 rad", "accepted and wrong",
+            "median of successes", "per scan"]
     return markdown(head, rows)
 
 
@@ -54,7 +54,8 @@ def all_scenes(scenes):
         others = [row["reach"]["success"] for method, row in methods.items() if not method.startswith("ours")]
         ours.append(mine["success"])
         ahead += [name] if others and max(others) > mine["success"] + 1e-9 else []
-        wrong += [f"{name} ({percent(mine['accepted_wrong'], 1)} %, {figures['scans']} scans)"] if mine["accepted_wrong"] > elsewhere.WRONG else []
+        if mine["accepted_wrong"] > elsewhere.WRONG:
+            wrong.append(f"{name} ({percent(mine['accepted_wrong'], 1)} %, {figures['scans']} scans)")
     return (f"On all {len(scenes)} scenes, up to 0.5 m and 0.25 rad, rank 40 succeeds in {percent(min(ours))} to {percent(max(ours))} %. "
             f"Another method succeeds more often on {', '.join(ahead) or 'none'}; wrong poses are accepted on "
             f"{' and '.join(wrong) or 'none'}. [All scenes, methods and the command](doc/results/README.md); "
