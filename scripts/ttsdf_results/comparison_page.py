@@ -32,8 +32,8 @@ fitness and rms change by less than 1e-7, at most 200 iterations |
 | TEASER++, MSSVConv, Deep Multiview | not run: no Debian package |
 
 The settings of ICP, ICP_plane, GICP and NDT are the best that were found on the red kitchen, and were then used on all scenes (only
-the table top's cloud is finer). Nobody has looked for better ones on the other scenes; with settings chosen for each scene these
-methods would do better there. The defaults of this package are one set for all scenes, too, but they were developed while looking
+the table top's cloud is finer). Nobody has looked for better ones on the other scenes, where these methods might do better with
+settings of their own. The defaults of this package are one set for all scenes, too, but they were developed while looking
 at results on these scenes.
 """
 NOTES = """
@@ -52,8 +52,7 @@ HELD_OUT = """
 No scan is a frame of the map, but both are from one sequence: scans lie between frames of the map, in six scenes five frames away,
 which is 0.17 s at 30 Hz, in six others one or two. In the red kitchen the next frame of the map is 36 mm and 43 mrad away
 (median), in the flat 181 mm and 221 mrad, in the building, at two frames, 259 mm and 216 mrad. So the map has seen the same objects
-from nearly the same place, and nothing has been moved. All methods do better here than they would on a sequence of another day.
-The harder scenes are redkitchen_sparse (50 frames; 308 mm and 177 mrad) and apartment_2 (20 frames; 809 mm and 594 mrad).
+from nearly the same place, which makes all methods look better than on a sequence of another day. The harder scenes are redkitchen_sparse (50 frames; 308 mm and 177 mrad) and apartment_2 (20 frames; 809 mm and 594 mrad).
 """
 
 

@@ -31,7 +31,7 @@ def global_localization(places):
             largest = float(row[3].split(", ")[-1])
             if largest > 50.0:
                 yield (f"- **Global localization can accept a wrong pose.** {name[:-len(', without priors')].capitalize()}, gravity known: "
-                       f"{row[1]} are accepted, and one of them is {1e-3 * largest:.1f} m off. Within 5 cm, accepted or not, are "
+                       f"{row[1]} are accepted, and the worst of them is {1e-3 * largest:.1f} m off. Within 5 cm, accepted or not, are "
                        f"{row[5]} ([memory](memory.md#other-places)).")
 
 
@@ -65,20 +65,20 @@ def wrong_poses(runs):
             if run["poses"] < 0.1 * run["scans"] and key.endswith("False False")]
     if lost:
         yield (f"- **No pose at all, or hardly any, without odometry**: {len(lost)} of the runs of that page, of "
-               f"{' and '.join(sorted({scene for scene, *_ in lost}))}, where the camera moves far between two scans.")
+               f"{' and '.join(sorted({scene for scene, *_ in lost}))}, where the camera moves or turns far between two scans.")
 
 
 FIXED = """
 - **Trajectories depend on the processor.** In the building at 30 Hz without odometry the same code published no pose on one
   processor (Intel Xeon) and 27 on another (AMD EPYC), 9 of them wrong. The likely cause: kernels are compiled for several
   instruction sets, whose sums differ in their last digits, and without odometry each pose decides on the next guess.
-- **Rooms that look alike.** In a simulated hotel hardly any scan without a prior is located: nearly all are called ambiguous,
-  most of them in rooms that have no twin ([scale](../scale.md#without-a-prior)).
+- **Rooms that look alike.** In a simulated hotel hardly any scan without a prior is located: most are called ambiguous,
+  also in rooms that have no twin ([scale](../scale.md#without-a-prior)).
 """
 CAVEATS = """
 - **Settings of the other methods.** Those of GICP, ICP and NDT were chosen on the red kitchen only and used on all scenes; ours were
   developed while looking at these scenes ([methods](README.md#methods)). The other methods have no test of their answers: a gate on
-  their residual would lower their share of wrong answers, and was not tried.
+  their residual might lower their share of wrong answers, and was not tried.
 - **Another day.** Scans lie between frames of the map, in most scenes within 0.17 s of the next one, in the same
   sequence ([how far](README.md#scans-beside-the-map)). No scene has a map of one day and scans of another.
 - **The agreement of frames.** Its thresholds (`src/agreement/agreement_summary.cpp`) were chosen on the red kitchen, its sparse map and
