@@ -14,6 +14,7 @@ import csv
 import os
 import pathlib
 import subprocess
+import tempfile
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -128,17 +129,24 @@ def registration(data, store, output, index=525):
     both.quantize(64).save(output / "registration.png", optimize=True)
 
 
-def screenshot(output, name, *words):
-    subprocess.run([str(ROOT / "scripts" / "screenshot"), *words[:-1], str(ROOT / "rviz" / "localization.rviz"),
-                    str(output / f"{name}.png"), "--", *words[-1]], check=True)
+def from_above(config):
+    """Text of an rviz configuration whose view looks down on the robot: over a wall, and with room for the status text."""
+    for value, other in (("      Pitch: 0.35\n", "      Pitch: 0.9\n"), ("      Distance: 3\n", "      Distance: 3.7\n")):
+        if config.count(value) != 1:
+            raise StepError(f"picture: got no view with '{value.strip()}', wanted one in rviz/localization.rviz")
+        config = config.replace(value, other)
+    return config
 
 
 def menu(output):
-    still = ("until rostopic echo -n 1 /status/state_name | grep -q tracking; do sleep 1; done; sleep 10; "
-             "rosservice call /camera/stand_still 'data: true'; sleep 5")
-    screenshot(output, "menu", "--wait", "5", "--menu", "--before", still,
-               ["roslaunch", "ttsdf_localization", "demo.launch", "operator_menu:=true", "scene:=room", "mapping_seconds:=30",
-                "localization_seconds:=200"])
+    still = ("for n in $(seq 150); do rostopic echo -n 1 /status/state_name | grep -q tracking && break; sleep 1; done; sleep 10; "
+             "rosservice call /camera/stand_still 'data: true' && sleep 5")
+    with tempfile.NamedTemporaryFile("w", suffix=".rviz") as config:
+        config.write(from_above((ROOT / "rviz" / "localization.rviz").read_text()))
+        config.flush()
+        subprocess.run([str(ROOT / "scripts" / "screenshot"), "--wait", "5", "--menu", "--before", still, config.name,
+                        str(output / "menu.png"), "--", "roslaunch", "ttsdf_localization", "demo.launch", "operator_menu:=true",
+                        "scene:=room", "mapping_seconds:=30", "localization_seconds:=200"], check=True)
 
 
 @parts_failed("pictures")
