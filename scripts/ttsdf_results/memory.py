@@ -34,7 +34,7 @@ import time
 from . import facts
 from .evaluate import parts_failed
 from .store import ROOT, StepError, tools_folder
-from .text import markdown, percent
+from .text import markdown, percent, size
 
 PLACE_BOUNDS = (0, 4, 15, 200)  # MB; the last is enough to hold a building of 200 million voxels whole
 PATIENCE = 60.0                 # seconds for one hostile file
@@ -46,6 +46,30 @@ def megabytes(count):
 
 def quantile(values, share):
     return sorted(values)[min(len(values) - 1, int(share * len(values)))]
+
+
+def compared_as(file_bytes):
+    """The map of the comparison (README.json) that has as many bytes."""
+    page = facts.read("README")
+    found = [f"{name}, rank {key[1:]}" for name, figures in (page["figures"] if page else {}).items()
+             for key in ("r40", "r60") if figures["maps"].get(key, {}).get("file_bytes") == file_bytes]
+    return found[0] if found else "not there"
+
+
+def maps_section(a, tools):
+    """Which map is which; the comparison has others of the same names."""
+    rows, seen = [], set()
+    for name, tt_map, _ in [("the room of the first table", a.map, a.scans), *a.place]:
+        if os.path.realpath(tt_map) in seen:
+            continue
+        seen.add(os.path.realpath(tt_map))
+        info = json.loads(subprocess.run([str(tools / "ttsdf_info"), tt_map, "--json"], stdout=subprocess.PIPE,
+                                         universal_newlines=True, check=True).stdout)
+        rows.append([name, " x ".join(map(str, info["dims"])), f"{100 * info['voxel_size']:g} cm", max(info["ranks"]),
+                     size(info["file_bytes"]), compared_as(info["file_bytes"])])
+    return ("## Which map is which\n\nMaps of the same name in the [comparison](README.md), and so in README's tables, are others "
+            "unless the last column names them.\n\n" +
+            markdown(["map", "voxels", "voxel size", "rank", "file", "in the comparison"], rows))
 
 
 def bounds_section(a, folder):
@@ -236,8 +260,8 @@ def parse(arguments):
 @parts_failed("memory")
 def main(arguments):
     a = parse(arguments)
-    build, tools = tools_folder("ttsdf_register", "ttsdf_build")
-    parts, figures = [], {}
+    build, tools = tools_folder("ttsdf_register", "ttsdf_build", "ttsdf_info")
+    parts, figures = [maps_section(a, tools)], {}
     with tempfile.TemporaryDirectory(prefix="ttsdf_memory_") as folder:
         folder = pathlib.Path(folder)
         text, figures["bounds"] = bounds_section(a, folder)

@@ -1,9 +1,9 @@
 """Pictures of README and doc from the present build.
 
-usage: scripts/results pictures [registration] [demo] [menu] [--data FOLDER] [--output FOLDER] [--store FOLDER]
+usage: scripts/results pictures [registration] [menu] [--data FOLDER] [--output FOLDER] [--store FOLDER]
 
   registration    a scan of the red kitchen (red) in its map (grey), from above, before and after (--data or $TTSDF_TEST_DATA)
-  demo, menu      the demo in rviz, and the operator's menu (scripts/screenshot: no screen needed, a build with ROS)
+  menu            the operator's menu in rviz (scripts/screenshot: no screen needed, a build with ROS)
   --output FOLDER where they go (default doc/images)
 
 Without a name: all of them.
@@ -14,6 +14,7 @@ import csv
 import os
 import pathlib
 import subprocess
+import tempfile
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -26,6 +27,7 @@ from .evaluate import parts_failed
 from .store import ROOT, Store, StepError, tools_folder
 
 PIXELS_PER_METRE = 110.0
+TITLE_PIXELS = 36  # above a picture
 FONT_FILE = pathlib.Path("/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf")
 FONT = ImageFont.truetype(str(FONT_FILE), 22) if FONT_FILE.exists() else ImageFont.load_default()
 LIGHT = np.array([-0.4, 0.5, 0.8]) / np.linalg.norm([-0.4, 0.5, 0.8])
@@ -44,8 +46,10 @@ def view(down):
 class Canvas:
     """A depth buffer that points are dropped into, shaded by the slope of what lies in it."""
 
-    def __init__(self, R, points, margin=0.4):
-        low, high = np.percentile((points @ R.T)[:, :2], (0.2, 99.8), axis=0)  # without what lies far out
+    def __init__(self, R, clouds, margin=0.2):
+        """`clouds`: all that has to fit in."""
+        ends = [np.percentile((points @ R.T)[:, :2], (0.2, 99.8), axis=0) for points in clouds]  # without what lies far out
+        low, high = np.min([end[0] for end in ends], axis=0), np.max([end[1] for end in ends], axis=0)
         self.R, self.low = R, low - margin
         size = (PIXELS_PER_METRE * (high + margin - self.low)).astype(int) + 1
         self.depth = np.full((size[1], size[0]), -np.inf)
@@ -114,36 +118,35 @@ def registration(data, store, output, index=525):
     work = store.folder / "pictures"
     work.mkdir(parents=True, exist_ok=True)
     found = registered(store.tools, tt_map, work, scan, prior)
-    canvas = Canvas(view(down), room)
+    scans = [without_ceiling(scan @ T[:3, :3].T + T[:3, 3], down, 3.0) for T in (prior, found)]
+    canvas = Canvas(view(down), [room, *scans])
     canvas.drop(room)
-    parts = []
-    for title, T in (("prior: 0.5 m and 0.24 rad off", prior), ("registered", found)):
-        image = canvas.image(without_ceiling(scan @ T[:3, :3].T + T[:3, 3], down, 3.0))
-        ImageDraw.Draw(image).text((12, 10), title, fill=(0, 0, 0), font=FONT)
-        parts.append(image)
-    across = parts[0].height > parts[0].width
-    size = (2 * parts[0].width, parts[0].height) if across else (parts[0].width, 2 * parts[0].height)
-    both = Image.new("RGB", size, "white")
-    both.paste(parts[0], (0, 0))
-    both.paste(parts[1], (parts[0].width, 0) if across else (0, parts[0].height))
+    parts = [canvas.image(points) for points in scans]
+    both = Image.new("RGB", (2 * parts[0].width, parts[0].height + TITLE_PIXELS), "white")
+    for column, (title, part) in enumerate(zip(("scan (red), prior 0.5 m and 0.24 rad off", "scan (red), registered"), parts)):
+        both.paste(part, (column * part.width, TITLE_PIXELS))
+        ImageDraw.Draw(both).text((column * part.width + 12, 6), title, fill=(0, 0, 0), font=FONT)
     both.quantize(64).save(output / "registration.png", optimize=True)
 
 
-def screenshot(output, name, *words):
-    subprocess.run([str(ROOT / "scripts" / "screenshot"), *words[:-1], str(ROOT / "rviz" / "localization.rviz"),
-                    str(output / f"{name}.png"), "--", *words[-1]], check=True)
-
-
-def demo(output):
-    screenshot(output, "demo", "--wait", "195", ["roslaunch", "ttsdf_localization", "demo.launch", "operator_menu:=true"])
+def from_above(config):
+    """Text of an rviz configuration whose view looks down on the robot: over a wall, and with room for the status text."""
+    for value, other in (("      Pitch: 0.35\n", "      Pitch: 0.9\n"), ("      Distance: 3\n", "      Distance: 3.7\n")):
+        if config.count(value) != 1:
+            raise StepError(f"picture: got no view with '{value.strip()}', wanted one in rviz/localization.rviz")
+        config = config.replace(value, other)
+    return config
 
 
 def menu(output):
-    still = ("until rostopic echo -n 1 /status/state_name | grep -q tracking; do sleep 1; done; sleep 10; "
-             "rosservice call /camera/stand_still 'data: true'; sleep 5")
-    screenshot(output, "menu", "--wait", "5", "--menu", "--before", still,
-               ["roslaunch", "ttsdf_localization", "demo.launch", "operator_menu:=true", "scene:=room", "mapping_seconds:=30",
-                "localization_seconds:=200"])
+    still = ("for n in $(seq 150); do rostopic echo -n 1 /status/state_name | grep -q tracking && break; sleep 1; done; sleep 10; "
+             "rosservice call /camera/stand_still 'data: true' && sleep 5")
+    with tempfile.NamedTemporaryFile("w", suffix=".rviz") as config:
+        config.write(from_above((ROOT / "rviz" / "localization.rviz").read_text()))
+        config.flush()
+        subprocess.run([str(ROOT / "scripts" / "screenshot"), "--wait", "5", "--menu", "--before", still, config.name,
+                        str(output / "menu.png"), "--", "roslaunch", "ttsdf_localization", "demo.launch", "operator_menu:=true",
+                        "scene:=room", "mapping_seconds:=30", "localization_seconds:=200"], check=True)
 
 
 @parts_failed("pictures")
@@ -155,16 +158,14 @@ def main(arguments):
     parser.add_argument("--output", type=pathlib.Path, default=ROOT / "doc" / "images", help=argparse.SUPPRESS)
     parser.add_argument("--store", type=pathlib.Path, help=argparse.SUPPRESS)
     a = parser.parse_args(arguments)
-    unknown = set(a.names) - {"registration", "demo", "menu"}
+    unknown = set(a.names) - {"registration", "menu"}
     if unknown:
-        raise StepError(f"got '{', '.join(sorted(unknown))}', wanted registration, demo or menu")
-    names = a.names or ("registration", "demo", "menu")
+        raise StepError(f"got '{', '.join(sorted(unknown))}', wanted registration or menu")
+    names = a.names or ("registration", "menu")
     a.output.mkdir(parents=True, exist_ok=True)
     build, tools = tools_folder("ttsdf_register", "ttsdf_build")
     if "registration" in names:
         registration(a.data, Store((a.store or build / "evaluation").resolve(), tools), a.output)
-    if "demo" in names:
-        demo(a.output)
     if "menu" in names:
         menu(a.output)
     return 0

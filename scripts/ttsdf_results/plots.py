@@ -16,6 +16,7 @@ from .logs import SUCCESS_DISTANCE, condense, in_order, of_method, perturbation,
 DOTS_PER_INCH = 80
 FAMILIES = (("ours", "-", "Oranges_r"), ("TT-", "--", "Blues_r"), ("SDF", "-.", "Purples_r"), ("TSDF", "-.", "Purples_r"),
             ("", ":", "Greens_r"))
+MARKERS = "osD^vP"  # of the members of a family: shades alone do not tell them apart
 ERROR_RANGE = (0.1, 3000.0)  # [mm], [mrad]: beyond, nothing can be told
 
 
@@ -25,7 +26,7 @@ def styles(methods):
     for method in methods:
         prefix, line, colours = next(f for f in FAMILIES if method.startswith(f[0]))
         n = members[colours] = members.get(colours, -1) + 1
-        result[method] = {"color": plt.get_cmap(colours)(0.1 + 0.13 * min(n, 5)), "linestyle": line,
+        result[method] = {"color": plt.get_cmap(colours)(0.05 + 0.11 * min(n, 5)), "linestyle": line, "marker": MARKERS[n % len(MARKERS)],
                           "linewidth": 2.4 if method == "ours_r40" else 1.3, "zorder": 3 if prefix == "ours" else 2}
     return result
 
@@ -50,9 +51,9 @@ def errors(title, rows, path):
             places = np.arange(len(magnitudes)) + 0.6 * (index - (len(methods) - 1) / 2) / len(methods)
             for axes, error in zip(grid[:2, column], ("translation_of_all", "rotation_of_all")):
                 values = np.clip(1e3 * np.array([getattr(cell, error) for cell in cells]), *ERROR_RANGE)
-                axes.errorbar(places, values[:, 1], yerr=(values[:, 1] - values[:, 0], values[:, 2] - values[:, 1]), marker="o",
-                              markersize=3, capsize=2, label=method, **style[method])
-            grid[2, column].plot(range(len(magnitudes)), [100 * cell.success for cell in cells], marker="o", markersize=3,
+                axes.errorbar(places, values[:, 1], yerr=(values[:, 1] - values[:, 0], values[:, 2] - values[:, 1]),
+                              markersize=4, capsize=2, label=method, **style[method])
+            grid[2, column].plot(range(len(magnitudes)), [100 * cell.success for cell in cells], markersize=4,
                                  label=method, **style[method])
         for axes in grid[:, column]:
             axes.grid(True, which="both", alpha=0.25)
@@ -67,7 +68,7 @@ def errors(title, rows, path):
     grid[2, 0].set_ylabel(f"success (< {1e3 * SUCCESS_DISTANCE:g} mm) [%]")
     figure.suptitle(f"{title}\nmedian and quartiles over all runs, failures included")
     handles, labels = grid[2, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncol=6, frameon=False)
+    figure.legend(handles, labels, loc="lower center", ncol=6, frameon=False, handlelength=3.5)
     figure.tight_layout(rect=(0, 0.02 + 0.02 * ((len(labels) + 5) // 6), 1, 1))
     save(figure, path)
 
