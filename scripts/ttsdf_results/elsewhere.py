@@ -81,8 +81,8 @@ CAVEATS = """
   their residual might lower their share of wrong answers, and was not tried.
 - **Another day.** Scans lie between frames of the map, in most scenes within 0.17 s of the next one, in the same
   sequence ([how far](README.md#scans-beside-the-map)). No scene has a map of one day and scans of another.
-- **The agreement of frames.** Its thresholds (`src/agreement/agreement_summary.cpp`) were chosen on the red kitchen, its sparse map and
-  tum_fr1_rpy: the same scans that show how well the covariance holds there.
+- **The agreement of frames.** How near two viewpoints are that share it (10 voxels, 0.2 rad; `src/agreement/agreement_summary.cpp`)
+  was chosen on frames of the red kitchen, its sparse map, tum_fr1_rpy and the table top: other frames than the scans, of the same places.
 - **The paper's time** is the median of one to three runs, not of all.
 """
 
