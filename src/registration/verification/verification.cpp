@@ -12,14 +12,15 @@ namespace ttsdf {
 
 namespace {
 
-constexpr double kProbedBelow = 0.15;  // share of the information; more needs no proof
-constexpr int kMostProbed = 3;         // directions, from the weakest
-constexpr double kNoticed = 0.7;       // standard errors
-constexpr double kBetter = -1.0;       // the same, of a pose that is worth a descent
-constexpr double kCertain = 100.0;     // standard errors
-constexpr double kPinned = 9.0;        // squared Mahalanobis distance that the prior excludes
-constexpr double kFurther = 3.0;       // tolerances of the far probes
-constexpr double kClear = 4.5;         // standard errors of a near probe that need no far one
+constexpr double kProbedBelow = 0.15;   // share of the information; more needs no proof
+constexpr double kPinnedBelow = 0.015;  // the same where the prior excludes the probes anyway
+constexpr int kMostProbed = 3;          // directions, from the weakest
+constexpr double kNoticed = 0.7;        // standard errors
+constexpr double kBetter = -1.0;        // the same, of a pose that is worth a descent
+constexpr double kCertain = 100.0;      // standard errors
+constexpr double kPinned = 9.0;         // squared Mahalanobis distance that the prior excludes
+constexpr double kFurther = 3.0;        // tolerances of the far probes
+constexpr double kClear = 4.5;          // standard errors of a near probe that need no far one
 
 /// Twist about the centroid along a direction of the scaled space that moves the pose by `distance`.
 Vector6d twistAlong(const Vector6d& direction, const ScanBuffer& scan, const Eigen::Isometry3d& T,
@@ -93,6 +94,32 @@ double HeldOut::evidence(const Losses& here, const Losses& there) const {
   return mean / std::sqrt(variance / count + 1e-6);
 }
 
+namespace {
+
+/// Where the scan has the least evidence against being elsewhere.
+struct Probe {
+  double evidence = kCertain;  // standard errors
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+};
+
+/// Of the poses near and far to both sides along a twist.
+Probe weakestProbe(const DistanceField& field, const ScanBuffer& scan, const HeldOut& held_out,
+                   const HeldOut::Losses& here, const Eigen::Isometry3d& T, const Vector6d& xi,
+                   const ResidualModel& model, double tolerance) {
+  Probe weakest;
+  for (const double side : {-1.0, 1.0}) {
+    for (const double far : {1.0, kFurther}) {
+      const Eigen::Isometry3d T_there = retract(T, scan.centroid(), side * far * xi);
+      const double evidence = held_out.evidence(here, held_out.losses(field, T_there, model, tolerance));
+      if (evidence < weakest.evidence) weakest = {evidence, T_there};
+      if (evidence > kClear) break;
+    }
+  }
+  return weakest;
+}
+
+}  // namespace
+
 Verification verify(const DistanceField& field, const ScanBuffer& scan, const HeldOut& held_out,
                     const Eigen::Isometry3d& T, const NormalEquations& equations, const PosePrior& prior,
                     const ResidualModel& model, const Scales& scales, double degenerate_threshold) {
@@ -109,31 +136,27 @@ Verification verify(const DistanceField& field, const ScanBuffer& scan, const He
     if (!no_information && (d >= kMostProbed || info.share[d] > kProbedBelow)) continue;
     const Vector6d xi = twistAlong(info.directions.col(d), scan, T, scales.probe, 1e-3);
     const bool pinned = xi.dot(prior_information * xi) > kPinned;
-    double least = kCertain;
-    for (const double side : {-1.0, 1.0}) {
-      if (no_information || pinned) break;
-      for (const double far : {1.0, kFurther}) {
-        const Eigen::Isometry3d T_there = retract(T, scan.centroid(), side * far * xi);
-        const double evidence =
-            held_out.evidence(here, held_out.losses(field, T_there, model, scales.tolerance));
-        least = std::min(least, evidence);
-        if (evidence < lowest) {
-          lowest = evidence;
-          out.better_poses.assign(1, T_there);
-        }
-        if (evidence > kClear) break;
-      }
-    }
+    // A prior that excludes the probes does not make the scan a measurement: along a wall the pose would
+    // follow the prior from scan to scan, and each one would count as fixed.
+    if (pinned && !no_information && info.share[d] > kPinnedBelow) continue;
+    Probe probe;
+    if (!no_information) probe = weakestProbe(field, scan, held_out, here, T, xi, model, scales.tolerance);
     const auto index = static_cast<std::size_t>(d);
     out.without_information[index] = no_information;
-    out.without_evidence[index] = !no_information && least < kNoticed;
-    if (no_information || out.without_evidence[index]) {
-      ++out.degenerate_directions;
-      if (!pinned) ++out.open_directions;
+    out.without_evidence[index] = !no_information && probe.evidence < kNoticed;
+    const bool degenerate = no_information || out.without_evidence[index];
+    if (degenerate) ++out.degenerate_directions;
+    if (pinned) continue;  // the prior vouches for it
+    if (degenerate) {
+      ++out.open_directions;
     } else {
-      out.least_evidence = std::min(out.least_evidence, least);
+      out.least_evidence = std::min(out.least_evidence, probe.evidence);
     }
-    out.weakest = std::min(out.weakest, no_information && !pinned ? 0.0 : least);
+    out.weakest = std::min(out.weakest, no_information ? 0.0 : probe.evidence);
+    if (probe.evidence < lowest) {
+      lowest = probe.evidence;
+      out.better_poses.assign(1, probe.T_map_sensor);
+    }
   }
   return out;
 }
