@@ -135,6 +135,30 @@ TEST(Registration, TheAnswerIsThePriorAlongACorridorWhateverFoundTheRest) {
   }
 }
 
+// A map's ripples pull a little along bare walls. A sure prior then holds the pose, and that is success; but
+// the scan has measured nothing there, and a localizer that took it for a measurement would follow its own
+// guesses.
+TEST(Registration, ASurePriorDoesNotMakeASlidingScanAMeasurement) {
+  const auto corridor = [](const Eigen::Vector3d& p) {
+    return std::min({p.y() - 0.5, 2.3 - p.y(), p.z(), 2.2 - p.z()});
+  };
+  const auto rippled = [&corridor](const Eigen::Vector3d& p) {
+    return corridor(p) + 0.004 * std::sin(15.0 * p.x() + 3.0 * p.y() - 4.0 * p.z());
+  };
+  Registration registration(denseField(rippled, roomGeometry(kVoxel)));
+  Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
+  truth.translation() = Eigen::Vector3d(1.8, 1.4, 1.1);
+  const Eigen::Matrix3Xf points = withinAlongX(castRays(corridor, truth, test::directions(2500)), 1.5f);
+  for (const double sigma : {0.005, 0.02, 0.5}) {
+    Eigen::Isometry3d prior = truth;
+    prior.translation().x() += 0.02;
+    const RegistrationResult result = registration.align(points, prior, isotropic(0.01, sigma));
+    EXPECT_EQ(result.degenerate_directions, 1) << sigma;
+    EXPECT_EQ(result.success, sigma < 0.1) << sigma;
+    EXPECT_LT(std::abs(result.T_map_sensor.translation().x() - prior.translation().x()), 0.01) << sigma;
+  }
+}
+
 // A scan of one point, repeated, lies on every surface at once.
 TEST(Registration, APointRepeatedOrATinyPatchFixesNoPose) {
   Registration registration(denseField(furnishedRoom, roomGeometry(kVoxel)));
