@@ -1,6 +1,7 @@
 #include "bit_model.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace ttsdf {
 
@@ -11,9 +12,11 @@ constexpr std::uint32_t kMostSeen = 127;  // bits after which a counter forgets
 constexpr std::int32_t kRate = 50;        // of the mixing weights
 constexpr std::int32_t kFirstWeight = (1 << 16) * 3 / 10;
 
-/// A counter is a probability (22 bits) and how many bits it has seen (10 bits).
+/// A counter is a probability (22 bits) and how many bits it has seen (10 bits). What is stored is how it
+/// differs from the first one: zeros are made faster than other numbers.
 constexpr int kSeenBits = 10;
 constexpr std::uint32_t kSeen = (1u << kSeenBits) - 1;
+constexpr std::uint32_t kFirstCounter = 1u << 31;
 
 /// What the next bit counts for among those seen, in 65536ths: the mean of all, until they are too many.
 constexpr std::array<std::int32_t, kMostSeen + 1> kShares = [] {
@@ -53,8 +56,18 @@ const std::array<std::int16_t, 4096>& stretchTable() {
 
 BitModel::BitModel(std::size_t places, std::size_t sets)
     : places_per_context_(places),
-      counters_(places * kContexts, Counter{1} << 31),
-      weights_(sets * kContexts, kFirstWeight) {}
+      count_(places * kContexts),
+      counters_(new Counter[count_]),
+      weights_(sets * kContexts) {
+  forget();
+}
+
+void BitModel::forget() {
+  if (fresh_) return;
+  std::memset(counters_.get(), 0, count_ * sizeof(Counter));
+  std::fill(weights_.begin(), weights_.end(), kFirstWeight);
+  fresh_ = true;
+}
 
 int BitModel::predict(const std::array<std::uint32_t, kContexts>& places, std::size_t set) {
   const std::array<std::int16_t, 4096>& stretch = stretchTable();
@@ -62,7 +75,7 @@ int BitModel::predict(const std::array<std::uint32_t, kContexts>& places, std::s
   std::int64_t sum = 0;
   for (std::size_t n = 0; n < kContexts; ++n) {
     active_[n] = &counters_[n * places_per_context_ + places[n]];
-    inputs_[n] = stretch[*active_[n] >> (kSeenBits + 10)];
+    inputs_[n] = stretch[(*active_[n] ^ kFirstCounter) >> (kSeenBits + 10)];
     sum += std::int64_t{active_weights_[n]} * inputs_[n];
   }
   mixed_ = squash(static_cast<int>(std::clamp<std::int64_t>(sum / 65536, -kHalfRange, kHalfRange)));
@@ -70,18 +83,19 @@ int BitModel::predict(const std::array<std::uint32_t, kContexts>& places, std::s
 }
 
 void BitModel::learn(bool bit) {
+  fresh_ = false;
   constexpr std::int32_t kOne = (1 << 22) - 1;
   const std::int32_t target = bit ? kOne : 0;
   const std::int32_t error = ((bit ? 4096 : 0) - mixed_) * kRate;
   for (std::size_t n = 0; n < kContexts; ++n) {
     active_weights_[n] += static_cast<std::int32_t>((std::int64_t{inputs_[n]} * error) / 65536);
     // The mean of what was seen, until it forgets.
-    Counter& counter = *active_[n];
+    const Counter counter = *active_[n] ^ kFirstCounter;
     const std::uint32_t seen = counter & kSeen;
     const std::int64_t step = std::int64_t{target} - (counter >> kSeenBits);
     const std::int64_t moved = step * kShares[seen] / 65536;
-    counter = static_cast<Counter>(static_cast<std::int64_t>(counter >> kSeenBits) + moved) << kSeenBits |
-              (seen < kMostSeen ? seen + 1 : seen);
+    const auto probability = static_cast<Counter>(static_cast<std::int64_t>(counter >> kSeenBits) + moved);
+    *active_[n] = (probability << kSeenBits | (seen < kMostSeen ? seen + 1 : seen)) ^ kFirstCounter;
   }
 }
 
