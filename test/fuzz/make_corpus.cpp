@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iostream>
 
+#include "../map/first_form.h"
 #include "../map/room_map.h"
 #include "../ros/depth_samples.h"
 #include "files.h"
@@ -23,15 +24,18 @@ void write(const fs::path& path, const Bytes& bytes) {
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
+/// As small as holds everything: what is read a million times is to be read fast.
 void writeMaps(const fs::path& folder) {
   for (const auto encoding :
        {ttsdf::Encoding::kFloat32, ttsdf::Encoding::kFloat16, ttsdf::Encoding::kQuantized}) {
     ttsdf::EncodeOptions options;
     options.encoding = encoding;
-    const Bytes bytes = ttsdf::serialize(ttsdf::test::roomMap(ttsdf::Dims(14, 11, 12), 4), options);
+    const Bytes bytes = ttsdf::serialize(ttsdf::test::roomMap(ttsdf::Dims(8, 7, 6), 3), options);
     for (const char* target : {"map_reader", "map_message"})
       write(folder / target / ttsdf::name(encoding), bytes);
   }
+  for (const char* target : {"map_reader", "map_message"})
+    write(folder / target / "first_form", ttsdf::test::kFirstForm);
 }
 
 void writeClouds(const fs::path& folder) {

@@ -1,5 +1,6 @@
 """A robot with a depth camera in the analytic room, and a recorder of what the localizer says: shared by the tests."""
 
+import os
 import threading
 import time
 import unittest
@@ -16,6 +17,9 @@ from tf2_msgs.msg import TFMessage
 
 import room
 from ttsdf_localization.msg import LocalizationStatus as Status
+
+# How many times longer a node may take for its work: code with a sanitizer in it (scripts/test --sanitize) is slow.
+SLOWER = 4.0 if os.environ.get('TTSDF_SANITIZED') else 1.0
 
 START = room.pose(1.6, 1.2, 0.0, 0.5)
 ELSEWHERE = room.pose(3.2, 3.6, 0.0, -1.2)
