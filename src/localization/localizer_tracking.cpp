@@ -125,6 +125,7 @@ LocalizationUpdate Localizer::accept(const LocalizerScan& scan, const Prediction
   setJump(atSensor(scan, prior), update);
   const RegistrationResult& result = update.registration;
   fillPose(scan, {result.T_map_sensor, result.covariance}, update);
+  if (const Rejection drifted = checkSinceFound(scan, update)) return reject(scan, drifted, update);
   const Rejection guessed = checkMeasured(scan, result);
   motion_.correct(scan, update.T_map_base, update.covariance, result.degenerate_directions == 0);
   rejected_in_row_ = 0;
@@ -204,6 +205,7 @@ LocalizationUpdate Localizer::startConfirming(const LocalizerScan& scan, double 
   guess_attempts_ = rejected_in_row_ = 0;
   confirmations_left_ = options_.recovery.confirmation_scans;
   confirming_inliers_ = recoveryInliers();
+  found_ = {update.T_map_base, update.covariance, scan.stamp, scan.T_odom_base, false, "pose found"};
   confirmed_from_ = seconds > 0.0 ? scan.stamp + seconds : kNeverStamp;
   if (!confirming()) return markValid(scan, update);
   state_ = LocalizerState::kRelocalizing;
@@ -257,6 +259,19 @@ LocalizationUpdate Localizer::reject(const LocalizerScan& scan, const Rejection&
     state_ = LocalizerState::kDegraded;
   }
   return withState(update);
+}
+
+Rejection Localizer::checkSinceFound(const LocalizerScan& scan, const LocalizationUpdate& update) const {
+  if (!confirming() || !found_.T_odom_base || !scan.T_odom_base) return {};
+  const Prediction expected = motion_.predict(found_, scan);
+  const Matrix6d covariance = expected.covariance + update.covariance;
+  if (deviation(update.T_map_base, expected.T_map_base, covariance) <= kLeap) return {};
+  const PoseError apart = poseError(expected.T_map_base, update.T_map_base);
+  char text[128];
+  std::snprintf(text, sizeof(text),
+                "since it was found the scans moved otherwise than the odometry, by %.2f m and %.2f rad",
+                apart.translation, apart.rotation);
+  return {RejectionReason::kJump, text};
 }
 
 bool Localizer::confirming() const { return confirmations_left_ > 0 || confirmed_from_ != kNeverStamp; }

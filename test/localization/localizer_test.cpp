@@ -113,6 +113,35 @@ TEST(Localizer, PublishesNoPoseBeforeASearchIsConfirmed) {
   EXPECT_EQ(localizer.state(), LocalizerState::kTracking);
 }
 
+TEST(Localizer, DoesNotConfirmAPlaceThatMovesOtherwiseThanTheOdometry) {
+  // A place that only looks alike: scans hold the pose found, while the robot drives on by 4 cm each.
+  Localizer localizer(quickOptions());
+  localizer.setMap(roomField());
+  const Walk walk;
+  PoseGuess guess = guessAt(walk.pose(0.0));
+  guess.confirmation_seconds = 0.5;
+  localizer.setGuess(guess);
+  bool refused = false;
+  for (int n = 0; n < 8; ++n) {
+    LocalizerScan scan = walk.scanAt(n, walk.pose(0.0));
+    scan.T_odom_base = expSe3((Vector6d() << 0, 0, 0, 0.04 * n, 0, 0).finished());
+    const LocalizationUpdate update = localizer.process(scan);
+    EXPECT_FALSE(update.pose_valid) << n << ": " << update.message;
+    refused = refused || update.message.find("moved otherwise than the odometry") != std::string::npos;
+  }
+  EXPECT_TRUE(refused);
+  // The same drive with scans that move along is confirmed.
+  localizer.setGuess(guess);
+  LocalizationUpdate last;
+  for (int n = 10; n < 20; ++n) {
+    LocalizerScan scan = walk.scan(n - 10);
+    scan.stamp = walk.start + 0.1 * n;
+    scan.T_odom_base = walk.pose(0.1 * (n - 10));
+    last = localizer.process(scan);
+  }
+  EXPECT_EQ(last.state, LocalizerState::kTracking) << last.message;
+}
+
 TEST(Localizer, GivesUpAWrongStartPose) {
   LocalizerOptions options = quickOptions();
   options.recovery.start_attempts = 3;

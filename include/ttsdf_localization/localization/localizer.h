@@ -152,6 +152,9 @@ class Localizer {
   LocalizationUpdate acceptFound(const LocalizerScan& scan, LocalizationUpdate& update, double seconds);
   LocalizationUpdate startConfirming(const LocalizerScan& scan, double seconds, LocalizationUpdate& update);
   bool confirming() const;
+  /// Whether a pose found and those since move as the odometry does: in a place that only looks alike they
+  /// drift apart, by little from scan to scan.
+  Rejection checkSinceFound(const LocalizerScan& scan, const LocalizationUpdate& update) const;
   void stopConfirming();
   LocalizationUpdate markValid(const LocalizerScan& scan, LocalizationUpdate& update);
   LocalizationUpdate reject(const LocalizerScan& scan, const Rejection& rejection,
@@ -200,6 +203,7 @@ class Localizer {
   int guess_attempts_ = 0;
   int confirmations_left_ = 0;
   double confirming_inliers_ = 0.0;  ///< least inlier ratio meanwhile
+  PoseGuess found_;                  ///< what is confirmed
   int rejected_in_row_ = 0;
   double last_search_stamp_;
   int searches_done_ = 0;
