@@ -19,7 +19,7 @@ RegistrationResult goodResult() {
   return result;
 }
 
-TEST(Gates, BelieveAGoodFit) {
+TEST(Gates, AcceptAGoodFit) {
   EXPECT_FALSE(checkTermination(goodResult()));
   EXPECT_FALSE(checkFit(goodResult(), {}, 0.5));
   EXPECT_FALSE(checkJump({0.1, 0.05}, {}));
@@ -45,7 +45,7 @@ TEST(Gates, NameTheReasonOfEveryTermination) {
   }
 }
 
-TEST(Gates, RefuseEachBadFigure) {
+TEST(Gates, RejectEachBadFigure) {
   RegistrationResult result = goodResult();
   result.rms_residual = 0.2;
   EXPECT_EQ(checkFit(result, {}, 0.5).reason, RejectionReason::kResidual);
@@ -81,14 +81,14 @@ TEST(Gates, ADegenerateScanHasToFitToo) {
 }
 
 // A scan outside the map has nothing to disagree with: a residual of zero must not look like a perfect fit.
-TEST(Gates, RefuseAPerfectResidualOutsideTheMap) {
+TEST(Gates, RejectAPerfectResidualOutsideTheMap) {
   RegistrationResult result = goodResult();
   result.rms_residual = 0.0;
   result.outside_ratio = 1.0;
   EXPECT_EQ(checkFit(result, {}, 0.5).reason, RejectionReason::kOutsideMap);
 }
 
-TEST(Gates, RefuseNan) {
+TEST(Gates, RejectNan) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   RegistrationResult result = goodResult();
   result.rms_residual = nan;

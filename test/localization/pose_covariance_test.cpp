@@ -42,13 +42,13 @@ TEST(MovedCovariance, ThereAndBackIsTheSame) {
   EXPECT_TRUE(movedCovariance(movedCovariance(covariance, offset), -offset).isApprox(covariance, 1e-12));
 }
 
-TEST(NoLooserThan, KeepsAMeasurementThatIsSurerThanThePrior) {
+TEST(CovarianceBoundedBy, KeepsAMeasurementThatIsSurerThanThePrior) {
   const Matrix6d measured = randomCovariance(4);
   EXPECT_TRUE(covarianceBoundedBy(measured, measured + randomCovariance(5)).isApprox(measured, 1e-9));
   EXPECT_TRUE(covarianceBoundedBy(measured + randomCovariance(5), measured).isApprox(measured, 1e-9));
 }
 
-TEST(NoLooserThan, PutsThePriorWhereTheScanSaysNothing) {
+TEST(CovarianceBoundedBy, PutsThePriorWhereTheScanSaysNothing) {
   // A corridor along a slanted direction: everything is known to a millimetre but the way along it.
   const Eigen::Vector3d along = Eigen::Vector3d(1.0, 2.0, 0.5).normalized();
   Matrix6d measured = isotropicCovariance(1e-3, 1e-3);
@@ -61,7 +61,7 @@ TEST(NoLooserThan, PutsThePriorWhereTheScanSaysNothing) {
   EXPECT_TRUE(isCovariance(fused));
 }
 
-TEST(NoLooserThan, DoesNotDependOnThePoint) {
+TEST(CovarianceBoundedBy, DoesNotDependOnThePoint) {
   Matrix6d measured = isotropicCovariance(1e-3, 1e-3);
   measured(3, 3) += 1.0;
   const Matrix6d prior = 1e-4 * randomCovariance(6);
@@ -86,7 +86,7 @@ TEST(IsCovariance, RefusesWhatIsNone) {
   EXPECT_FALSE(isCovariance(bad));
 }
 
-TEST(LessCertain, ContradictionBeyondChanceLowersTheTrustInThePrior) {
+TEST(InflatedToInclude, ContradictionBeyondChanceLowersTheTrustInThePrior) {
   PoseEstimate prior;
   prior.covariance = isotropicCovariance(0.001, 0.001);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
