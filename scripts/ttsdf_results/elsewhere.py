@@ -69,7 +69,7 @@ def wrong_poses(runs):
 
 
 FIXED = """
-- **Trajectories depend on the processor.** In the building at 30 Hz without odometry the same code published no pose on one
+- **Trajectories depend on the processor.** In the building at 30 Hz without odometry commit 6a2d401 published no pose on one
   processor (Intel Xeon) and 27 on another (AMD EPYC), 9 of them wrong. The likely cause: kernels are compiled for several
   instruction sets, whose sums differ in their last digits, and without odometry each pose decides on the next guess.
 - **Rooms that look alike.** In a simulated hotel hardly any scan without a prior is located: most are called ambiguous,
