@@ -17,7 +17,10 @@ The node is a page of its own (scripts/results node). Where maps and scans of a 
              ttsdf_build --mesh DIR/mesh.ply --voxel-size 0.01 --truncation 0.03 --output MAP.ttsdf
   building   building_benchmark --max-rank 40 --refine-iterations 4 --output MAP.ttsdf (scripts/build --benchmarks)
              ttsdf_simulate --scene building --frames 50 --sensor kinect --output DIR
-  scans      scripts/frames_to_batch DIR OUT --move 0.2 --turn 0.05
+  apartment  ttsdf_simulate --frames 1000 --sensor kinect --output DIR
+             ttsdf_build --frames DIR --every 10 --voxel-size 0.03 --truncation 0.09 --max-rank 60 --output MAP.ttsdf
+  scans      scripts/frames_to_batch DIR OUT --move 0.1 --turn 0.05 (building: --move 0.2; of every tenth frame of the kitchen,
+             every eighth of the apartment: --every 10 --offset 5, --every 8 --offset 5)
 """
 
 import argparse
