@@ -1,4 +1,4 @@
-// A building of 736 x 934 x 309 voxels of 2 cm (212 million; 850 MB as a dense array) from the sparse volume
+// A building of 737 x 935 x 311 voxels of 2 cm (214 million; 850 MB as a dense array) from the sparse volume
 // to the map file, with the time of every step, the peak memory of the process and the errors near the
 // surface.
 //

@@ -79,7 +79,8 @@ constexpr double kViewpointVoxels = 10.0;
 constexpr double kMostRatio = 10.0;  // of one frame: a stray one does not blow up its neighbours
 
 double squareOf(const FrameDifference& d, const FrameAgreement& agreement, double variance_ratio) {
-  const Matrix6d covariance = withMapErrors(agreement, d.covariance, d.covariance, d.centroid, variance_ratio);
+  const Matrix6d covariance =
+      withMapErrors(agreement, d.covariance, d.covariance, d.centroid, variance_ratio);
   return d.step.dot(covariance.ldlt().solve(d.step));
 }
 

@@ -65,7 +65,7 @@ TEST(FrameComparison, ExactPosesAgree) {
 TEST(FrameComparison, FindsHowFarPosesAreOff) {
   // A frame's own error and that of the others' mean, which is small in a room seen by many.
   for (const double metres : {0.01, 0.02}) {
-    const FrameAgreement agreement = 
+    const FrameAgreement agreement =
         summarize(compareWithErrors(metres, 0.5 * metres), FusionOptions().voxel_size);
     EXPECT_GT(agreement.position_median, 0.7 * metres);
     EXPECT_LT(agreement.position_median, 1.6 * metres);

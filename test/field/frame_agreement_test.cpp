@@ -74,7 +74,8 @@ TEST(FrameAgreement, VariancesHoldForTheViewpoint) {
 TEST(FrameAgreement, AViewpointScalesAllVariances) {
   FrameAgreement agreement;
   agreement.compared = 10;
-  agreement.widening = 1.5, agreement.shift = 0.01, agreement.turn_sensor = 0.006, agreement.turn_scene = 0.003;
+  agreement.widening = 1.5, agreement.shift = 0.01, agreement.turn_sensor = 0.006,
+  agreement.turn_scene = 0.003;
   const Matrix6d scan = 1e-4 * Matrix6d::Identity();
   const Eigen::Vector3d lever(0.3, -0.4, 2.0);
   const Matrix6d everywhere = withMapErrors(agreement, scan, scan, lever);

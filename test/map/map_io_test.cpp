@@ -47,7 +47,8 @@ void expectSameFrame(const TtSdfMap& got, const TtSdfMap& wanted) {
   for (std::size_t n = 0; n < wanted.agreement.viewpoints.size(); ++n) {
     const ViewpointAgreement &a = got.agreement.viewpoints[n], &b = wanted.agreement.viewpoints[n];
     // As finely as the section stores them.
-    EXPECT_LT((a.viewpoint.position - b.viewpoint.position).norm(), 0.1 * wanted.agreement.viewpoint_distance);
+    EXPECT_LT((a.viewpoint.position - b.viewpoint.position).norm(),
+              0.1 * wanted.agreement.viewpoint_distance);
     EXPECT_LT((a.viewpoint.view - b.viewpoint.view).norm(), 0.01);
     EXPECT_EQ(a.frames, b.frames);
     EXPECT_NEAR(a.ratio / b.ratio, 1.0, 0.03);

@@ -72,7 +72,7 @@ class LaunchFiles(unittest.TestCase):
             parameters = self.parameters(file, own, *arguments)
             self.assertEqual(parameters["/localization/recovery/coast_seconds"], 7.5)
             self.assertIn("/localization/cloud/max_range", parameters)  # of the preset
-        own = self.config(gates={"min_inlier_ratio": 0.11}, cloud={"max_range": 2.5})  # which the camera sets, too
+        own = self.config(gates={"min_inlier_ratio": 0.11}, cloud={"max_range": 2.5})  # the camera sets max_range, too
         parameters = self.parameters("depth_camera.launch", own, "camera:=realsense_d435")
         self.assertEqual(parameters["/localization/gates/min_inlier_ratio"], 0.11)
         self.assertEqual(parameters["/localization/cloud/max_range"], 2.5)

@@ -1,9 +1,11 @@
 // ttsdf_atlas build: who makes the maps changes nothing about them.
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 
 #include "atlas_fixture.h"
 #include "ttsdf_localization/atlas/atlas_field.h"
+#include "ttsdf_localization/map/map_io.h"
 
 namespace ttsdf {
 namespace {
@@ -41,6 +43,30 @@ TEST_F(AtlasBuild, BuildCutsTheFramesIntoMapsThatOverlap) {
   for (const auto& list : atlas.neighbours(0.5)) EXPECT_FALSE(list.empty());
   const ToolRun check = run({"check", *folder_ / "atlas"});
   EXPECT_EQ(check.exit_code, 0) << check.out << check.err;
+}
+
+TEST_F(AtlasBuild, MapsKeepTheViewpointsOfTheirOwnSurroundings) {
+  // Cells of 1.3 m: the camera stands in the middle of the room, far from most of them.
+  std::vector<std::string> words = arguments("small_cells", {"--max-rank", "10", "--refine-iterations", "0"});
+  *(std::find(words.begin(), words.end(), "--size") + 1) = "1.3";
+  *(std::find(words.begin(), words.end(), "--overlap") + 1) = "0.3";
+  words.erase(std::find(words.begin(), words.end(), "--max-rank"),
+              std::find(words.begin(), words.end(), "--size"));
+  const ToolRun made = runProcess("ttsdf_atlas", words);
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  std::size_t all = 0, some = 0;
+  for (const AtlasMap& entry : readAtlas(*folder_ / "small_cells").maps) {
+    const std::string bytes = fileText(*folder_ / "small_cells" + "/" + entry.file);
+    const TtSdfMap map = deserialize(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+    ASSERT_TRUE(map.agreement.known());
+    for (const ViewpointAgreement& v : map.agreement.viewpoints) {
+      // A cell, and the distance that viewpoints count for.
+      EXPECT_GT(entry.box().depth(v.viewpoint.position), -(1.3 + map.agreement.viewpoint_distance))
+          << entry.name;
+    }
+    ++(map.agreement.viewpoints.size() < 12 ? some : all);
+  }
+  EXPECT_GT(some, all) << "of twelve frames each map has all";
 }
 
 TEST_F(AtlasBuild, WorkersDoNotChangeTheResult) {

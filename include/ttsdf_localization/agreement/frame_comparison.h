@@ -34,7 +34,7 @@ struct FrameDifference {
   /// What the registration alone cannot tell: covariance of the step as the scan says it.
   Matrix6d covariance = Matrix6d::Zero();
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  ///< of the frame's points, sensor frame [m]
-  Viewpoint viewpoint;  ///< it was recorded from
+  Viewpoint viewpoint;                                 ///< it was recorded from
   double overlap = 0.0;  ///< share of its points where the other frames know something
   double translation() const { return step.tail<3>().norm(); }  ///< [m]
   double rotation() const { return step.head<3>().norm(); }     ///< [rad]
@@ -70,7 +70,7 @@ class FrameComparison {
 /// What is kept of them in the map. Sizes are chosen so that the differences are as likely as they can be,
 /// given what each registration could not tell, with rare large ones expected. Frames from one viewpoint
 /// are then summed up, because poses are off by whole stretches of a sequence; at last all sizes are widened
-/// until each frame, judged by the others, lies as far out as a normal distribution says.
+/// until frames, each at the variance that the others predict there, lie no further out than normal ones.
 /// `voxel_size`: of the map [m], positive.
 FrameAgreement summarize(const std::vector<FrameDifference>& differences, double voxel_size);
 

@@ -56,8 +56,8 @@ constexpr double kViewpointAngle = 0.2;
 /// counting most, and of one frame that agrees as the whole map does. 1 without viewpoints.
 double varianceRatio(const FrameAgreement& agreement, const Viewpoint& viewpoint);
 
-/// Throws std::invalid_argument for negative counts, a widening below 1, or numbers that are negative or not
-/// finite.
+/// Throws std::invalid_argument for negative counts, a widening below 1, numbers that are negative or not
+/// finite, and viewpoints without frames, with a ratio that is not positive, or without a distance.
 void check(const FrameAgreement& agreement);
 
 /// Adds to the covariance of a pose what the map's errors do to it: twists [rotation; translation] about the

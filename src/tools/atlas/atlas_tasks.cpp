@@ -2,6 +2,7 @@
 
 #include <json/value.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -95,6 +96,18 @@ double areaOf(const SurfaceMesh& mesh) {
   return area;
 }
 
+/// With the viewpoints in and beside a box: a hundred maps would hold those of the whole a hundred times, and
+/// each of them would count as often where these maps are used together.
+FrameAgreement agreementIn(Eigen::AlignedBox3d box, FrameAgreement agreement) {
+  box.min().array() -= agreement.viewpoint_distance;
+  box.max().array() += agreement.viewpoint_distance;
+  auto& all = agreement.viewpoints;
+  all.erase(std::remove_if(all.begin(), all.end(),
+                           [&](const auto& v) { return !box.contains(v.viewpoint.position); }),
+            all.end());
+  return agreement;
+}
+
 /// Nothing: there is no such file, or it cannot be read.
 std::optional<std::string> textIn(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -124,7 +137,7 @@ int countIn(const Json::Value& object, const std::string& name) {
                            ", wanted a whole number of 0 or more (build again)");
 }
 
-FrameAgreement agreementIn(const Json::Value& object) {
+FrameAgreement readAgreementTexts(const Json::Value& object) {
   FrameAgreement agreement;
   for (const auto& [name, figure] : kFigures) agreement.*figure = numberIn(object, name);
   for (const auto& [name, count] : kCounts) agreement.*count = countIn(object, name);
@@ -194,7 +207,7 @@ TaskSettings TaskFolder::readSettings() const {
     settings.min_surface = numberIn(root, "min_surface");
     readTexts(root["fusion"], fusionOptionTable(), settings.fusion);
     readTexts(root["build"], buildOptionTable(), settings.build);
-    settings.agreement = agreementIn(root["agreement"]);
+    settings.agreement = readAgreementTexts(root["agreement"]);
     for (const Json::Value& cell : root["cells"]) settings.cells.push_back(cell.asString());
     return settings;
   } catch (const std::exception& error) {
@@ -242,7 +255,8 @@ void TaskFolder::run(const std::string& cell) const {
   std::string id = kNoMap;
   const double area = part.empty() ? 0.0 : areaOf(extractSurface(part));
   if (area > 0.0 && area >= settings.min_surface) {
-    const BuiltMap built = buildMap(part, settings.build, {}, settings.agreement);
+    const BuiltMap built =
+        buildMap(part, settings.build, {}, agreementIn(surfaceBounds(part), settings.agreement));
     const AtlasMap entry = describeMap(cell, cell + ".ttsdf", built.bytes);
     writeFileAtomically(mapPath(folder_, entry), built.bytes, kMapFile);
     id = entry.map_id;
