@@ -117,7 +117,7 @@ std::vector<ViewpointAgreement> merged(const std::vector<ViewpointAgreement>& fr
 }
 
 /// What the other frames make of each one's variances.
-std::vector<double> foretold(const std::vector<ViewpointAgreement>& frames, double distance) {
+std::vector<double> ratiosFromOthers(const std::vector<ViewpointAgreement>& frames, double distance) {
   std::vector<double> ratios;
   FrameAgreement others;
   others.viewpoint_distance = distance;
@@ -160,7 +160,7 @@ FrameAgreement summarize(const std::vector<FrameDifference>& differences, double
   Sizes logs = mostLikely(compared);
   const double distance = kViewpointVoxels * voxel_size;
   const std::vector<ViewpointAgreement> ratios = ratiosOf(compared, withSizes(logs));
-  const std::vector<double> variance_ratios = foretold(ratios, distance);
+  const std::vector<double> variance_ratios = ratiosFromOthers(ratios, distance);
   constexpr double kWider = 0.05;
   for (int n = 0; n < 40 && tooNarrow(withSizes(logs), compared, variance_ratios); ++n) {
     for (double& log : logs) log += kWider;

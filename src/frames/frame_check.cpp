@@ -9,6 +9,7 @@
 
 #include "frame_corrections.h"
 #include "trajectory_file.h"
+#include "ttsdf_localization/geometry/median.h"
 
 namespace ttsdf {
 
@@ -352,9 +353,7 @@ FrameCheck checkFrames(const FrameFolder& folder, const FrameFolderOptions& give
   }
   if (!depths.empty()) {
     check.in_range = static_cast<double>(in_range) / static_cast<double>(depths.size());
-    std::nth_element(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2),
-                     depths.end());
-    check.median_depth = static_cast<double>(depths[depths.size() / 2]);
+    check.median_depth = static_cast<double>(upperMedian(depths));
   }
   const std::vector<Reading> readings = usualMistakes(folder, given);
   check.as_given = agreementOf(sample, pairs, readings.front());

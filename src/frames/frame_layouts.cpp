@@ -10,6 +10,7 @@
 
 #include "intrinsics_files.h"
 #include "trajectory_file.h"
+#include "ttsdf_localization/geometry/median.h"
 #include "ttsdf_localization/readers/file_bytes.h"
 
 namespace ttsdf {
@@ -176,9 +177,8 @@ double longestGap(const std::vector<StampedPose>& poses) {
   std::vector<double> gaps;
   for (std::size_t n = 1; n < poses.size(); ++n) gaps.push_back(poses[n].stamp - poses[n - 1].stamp);
   if (gaps.empty()) return 0.0;
-  std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
   constexpr double kMissing = 5.0, kAtLeast = 0.05;
-  return std::max(kAtLeast, kMissing * gaps[gaps.size() / 2]);
+  return std::max(kAtLeast, kMissing * upperMedian(gaps));
 }
 
 /// depth.txt and groundtruth.txt, stamps of their own.

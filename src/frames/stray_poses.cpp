@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "ttsdf_localization/frames/frame_check.h"
+#include "ttsdf_localization/geometry/median.h"
 
 namespace ttsdf {
 
@@ -14,17 +15,15 @@ std::vector<std::pair<std::size_t, double>> strayPoses(const std::vector<Eigen::
   if (poses.size() < 3) return stray;
   Eigen::Vector3d median;
   std::vector<double> values(poses.size());
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t n = 0; n < poses.size(); ++n) values[n] = poses[n].translation()[axis];
-    std::nth_element(values.begin(), middle, values.end());
-    median[axis] = *middle;
+    median[axis] = upperMedian(values);
   }
   for (std::size_t n = 0; n < poses.size(); ++n) values[n] = (poses[n].translation() - median).norm();
   const std::vector<double> distances = values;
-  std::nth_element(values.begin(), middle, values.end());
+  const double typical = upperMedian(values);
   for (std::size_t n = 0; n < poses.size(); ++n) {
-    if (!(distances[n] <= kFar + kTimes * *middle)) stray.emplace_back(n, distances[n]);
+    if (!(distances[n] <= kFar + kTimes * typical)) stray.emplace_back(n, distances[n]);
   }
   return stray;
 }

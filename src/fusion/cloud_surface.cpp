@@ -11,6 +11,7 @@
 #include "ttsdf_localization/build_steps/extent.h"
 #include "ttsdf_localization/fusion/tsdf_volume_grids.h"
 #include "ttsdf_localization/geometry/local_origin.h"
+#include "ttsdf_localization/geometry/median.h"
 
 namespace ttsdf {
 
@@ -64,9 +65,7 @@ double medianSpacing(const Neighbours& neighbours) {
   for (std::size_t n = 1; n < neighbours.squared_distance.size(); n += neighbours.count) {
     nearest.push_back(neighbours.squared_distance[n]);
   }
-  std::nth_element(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2),
-                   nearest.end());
-  return std::sqrt(static_cast<double>(nearest[nearest.size() / 2]));
+  return std::sqrt(static_cast<double>(upperMedian(nearest)));
 }
 
 /// Weighted means of distances to tangent planes. The nearer a point, the more it says.
@@ -109,7 +108,7 @@ class PlaneSums {
     }
   }
 
-  void finish(TsdfVolume::Grids& grids) {
+  void writeTo(TsdfVolume::Grids& grids) {
     auto tsdf = grids.tsdf->getAccessor(), weight = grids.weight->getAccessor();
     for (auto voxel = weight_->cbeginValueOn(); voxel; ++voxel) {
       const float value = distance_at_.getValue(voxel.getCoord()) / *voxel;
@@ -149,7 +148,7 @@ void carveInFront(const Thinned& cloud, const FusionOptions& options, TsdfVolume
 
 TsdfVolume volumeFromCloud(const OrientedCloud& cloud, const FusionOptions& options, CloudReport* report,
                            const BuildProgress& progress) {
-  const auto tell = [&progress](const char* step, double share) {
+  const auto reportProgress = [&progress](const char* step, double share) {
     if (progress && !progress(step, share)) throw std::runtime_error("cancelled");
   };
   if (cloud.normals.cols() > 0 && cloud.normals.cols() != cloud.points.cols()) {
@@ -173,16 +172,16 @@ TsdfVolume volumeFromCloud(const OrientedCloud& cloud, const FusionOptions& opti
   }
   TsdfVolume volume(options);
   const Eigen::Vector3d origin = localOrigin(low, high);
-  tell("thinning", 0.0);
+  reportProgress("thinning", 0.0);
   Thinned thinned = thin(cloud.points, cloud.normals, origin, options.voxel_size);
-  tell("neighbours", 0.0);
+  reportProgress("neighbours", 0.0);
   const Neighbours neighbours = nearestNeighbours(thinned.points, kNeighbours);
   CloudReport found;
   found.points = finite.size();
   found.spacing = medianSpacing(neighbours);
   found.outliers = describeOutliers(finite, "points");
   if (thinned.normals.cols() == 0) {
-    tell("normals", 0.0);
+    reportProgress("normals", 0.0);
     found.normals_estimated = true;
     thinned.normals = planeNormals(thinned.points, neighbours);
     if (cloud.viewpoint) {
@@ -198,12 +197,13 @@ TsdfVolume volumeFromCloud(const OrientedCloud& cloud, const FusionOptions& opti
   PlaneSums sums(options, std::clamp(kReachSpacings * found.spacing, kReachVoxels * options.voxel_size,
                                      kMostVoxels * options.voxel_size));
   for (Eigen::Index n = 0; n < thinned.points.cols(); ++n) {
-    if (n % 1000 == 0) tell("surface", static_cast<double>(n) / static_cast<double>(thinned.points.cols()));
+    if (n % 1000 == 0)
+      reportProgress("surface", static_cast<double>(n) / static_cast<double>(thinned.points.cols()));
     const Eigen::Vector3d normal = thinned.normals.col(n).cast<double>();
     if (normal.allFinite() && normal.squaredNorm() > 0.5)
       sums.add(thinned.points.col(n).cast<double>(), normal);
   }
-  sums.finish(volume.grids());
+  sums.writeTo(volume.grids());
   carveInFront(thinned, options, volume.grids());
   volume.setOrigin(origin);
   if (report) *report = found;

@@ -25,7 +25,7 @@ class Stopwatch {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-void tell(const BuildProgress& progress, const char* step, double share) {
+void reportProgress(const BuildProgress& progress, const char* step, double share) {
   if (progress && !progress(step, share)) throw std::runtime_error("cancelled");
 }
 
@@ -80,7 +80,7 @@ void encode(const TtSdfMap& map, const FieldSlabs& slabs, const FieldError& erro
 BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, const BuildOptions& options,
                     const RankCaps& ranks, bool meet_budget, const BuildProgress& progress) {
   BuiltMap built;
-  tell(progress, "decomposing", 0.0);
+  reportProgress(progress, "decomposing", 0.0);
   const Stopwatch decomposing;
   TtSdfMap map;
   const FieldSlabs slabs(field, options);
@@ -95,7 +95,7 @@ BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, cons
   map.agreement = field.agreement;
   built.report.seconds["decompose"] = decomposing.seconds();
 
-  tell(progress, "encoding", 0.0);
+  reportProgress(progress, "encoding", 0.0);
   const Stopwatch encoding;
   const FieldError before = slabs.compare(map.train);
   BuildReport& report = built.report;
@@ -114,7 +114,7 @@ BuiltMap compressAt(const SampledField& field, const FusionOptions& fusion, cons
   report.file_bytes = built.bytes.size();
   report.memory_bytes = built.map.train.memoryBytes() + built.map.mask.memoryBytes();
   report.seconds["encode"] = encoding.seconds();
-  tell(progress, "encoding", 1.0);
+  reportProgress(progress, "encoding", 1.0);
   return built;
 }
 
@@ -178,7 +178,7 @@ BuiltMap compress(const SampledField& field, const FusionOptions& fusion, const 
 
 BuiltMap buildMap(const TsdfVolume& volume, const BuildOptions& options, const BuildProgress& progress,
                   const FrameAgreement& agreement) {
-  tell(progress, "distance field", 0.0);
+  reportProgress(progress, "distance field", 0.0);
   const Stopwatch sampling;
   SampledField field = sampleField(volume, options, progress);
   field.agreement = agreement;

@@ -116,11 +116,11 @@ void FieldSlabs::readWeighted(int j, int begin, Eigen::Ref<MatrixXf> values,
                               Eigen::Ref<MatrixXf> weights) const {
   static thread_local Flags known;
   read(j, begin, values, &known);
-  weigh(j, begin, values, known, weights);
+  computeWeights(j, begin, values, known, weights);
 }
 
-void FieldSlabs::weigh(int j, int begin, const Eigen::Ref<const MatrixXf>& values, const Flags& known,
-                       Eigen::Ref<MatrixXf> weights) const {
+void FieldSlabs::computeWeights(int j, int begin, const Eigen::Ref<const MatrixXf>& values,
+                                const Flags& known, Eigen::Ref<MatrixXf> weights) const {
   const SupportMask& mask = field_.mask;
   Flags supported(static_cast<std::size_t>(size(0)), 1);
   for (int c = 0; c < static_cast<int>(values.cols()); ++c) {

@@ -49,8 +49,8 @@ class FieldSlabs {
   int size(int n) const { return field_.geometry.dims[mode(n)]; }
   /// Values of middle index j from column `begin` on, column-major; `known`, if given, likewise.
   void read(int j, int begin, Eigen::Ref<Eigen::MatrixXf> values, Flags* known) const;
-  void weigh(int j, int begin, const Eigen::Ref<const Eigen::MatrixXf>& values, const Flags& known,
-             Eigen::Ref<Eigen::MatrixXf> weights) const;
+  void computeWeights(int j, int begin, const Eigen::Ref<const Eigen::MatrixXf>& values, const Flags& known,
+                      Eigen::Ref<Eigen::MatrixXf> weights) const;
 
   const SampledField& field_;
   ModeOrder axes_;

@@ -171,7 +171,7 @@ TriangleFile readGltf(const std::string& path) {
   } catch (const Json::Exception& error) {
     file.fail(std::string("is no glTF: ") + shown(error.what()));
   }
-  return soup.finish();
+  return soup.toTriangleFile();
 }
 
 }  // namespace ttsdf

@@ -80,7 +80,7 @@ TriangleFile readSceneFile(const std::string& path) {
     std::memcpy(corners, next, sizeof(corners));
     soup.addPolygon({corners[0], corners[1], corners[2]});
   }
-  return soup.finish();
+  return soup.toTriangleFile();
 }
 
 }  // namespace ttsdf

@@ -86,7 +86,7 @@ class ValueSource {
   virtual bool hasMore() = 0;
 
   /// "vertex 17 of 600", for messages.
-  std::string place() const {
+  std::string itemText() const {
     return element->name + " " + std::to_string(item) + " of " + std::to_string(element->count);
   }
 
@@ -102,7 +102,7 @@ class BinarySource : public ValueSource {
   double next(PlyType type) override {
     const std::size_t size = bytesOf(type);
     if (static_cast<std::size_t>(file_.end() - position_) < size) {
-      file_.fail("is truncated: got its end in " + place());
+      file_.fail("is truncated: got its end in " + itemText());
     }
     const double value = valueOf(type, position_, swap_);
     position_ += size;
@@ -130,16 +130,16 @@ class AsciiSource : public ValueSource {
 
   double next(PlyType) override {
     const std::string_view word = words_.next();
-    if (word.empty()) file_.fail("is truncated: got its end in " + place());
+    if (word.empty()) file_.fail("is truncated: got its end in " + itemText());
     double value = 0.0;
     if (!parseNumber(word, &value))
-      file_.fail("got '" + shown(word) + "' in " + place() + ", wanted a number");
+      file_.fail("got '" + shown(word) + "' in " + itemText() + ", wanted a number");
     return value;
   }
   void endItem() override {
     const std::string_view rest = words_.nextInLine();
     if (!rest.empty()) {
-      file_.fail("got '" + shown(rest) + "' behind the values of " + place() +
+      file_.fail("got '" + shown(rest) + "' behind the values of " + itemText() +
                  ", wanted the line to end there");
     }
   }
@@ -164,11 +164,11 @@ void readItem(const FileBytes& file, const PlyElement& element, ValueSource& sou
     const double length = source.next(property.count_type);
     // The comparison also refuses NaN.
     if (length != std::floor(length))
-      file.fail("got a list of " + std::to_string(length) + " values in " + source.place() +
+      file.fail("got a list of " + std::to_string(length) + " values in " + source.itemText() +
                 ", wanted a whole number");
     if (!(length >= 0.0 && length <= static_cast<double>(source.mostValues(property.type)))) {
       file.fail("is truncated or damaged: got a list of " + std::to_string(static_cast<long long>(length)) +
-                " values in " + source.place() + ", more than the rest of the file holds");
+                " values in " + source.itemText() + ", more than the rest of the file holds");
     }
     item.scalars[p] = length;
     std::vector<double>& values = item.lists[p];

@@ -61,7 +61,7 @@ void TriangleSoup::checkCorner(std::int64_t corner, std::size_t polygon) const {
   }
 }
 
-TriangleFile TriangleSoup::finish() {
+TriangleFile TriangleSoup::toTriangleFile() {
   std::unordered_map<std::array<double, 3>, int, VertexHash> places;
   std::vector<Eigen::Vector3d> kept, polygon;
   std::vector<Eigen::Vector3i> triangles;
@@ -138,7 +138,7 @@ TriangleFile readTriangles(const std::string& path) {
   } else {
     file.fail("got ending '" + ending + "', wanted .ply, .off, .obj or .stl");
   }
-  return soup.finish();
+  return soup.toTriangleFile();
 }
 
 }  // namespace ttsdf

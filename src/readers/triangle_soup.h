@@ -20,7 +20,7 @@ class TriangleSoup {
   /// Each corner from the third on makes a triangle with the two before it; -1 begins a new strip.
   void addStrip(const std::vector<std::int64_t>& corners);
   /// Checked, split, equal vertices joined, triangles with equal corners and vertices of no triangle dropped.
-  TriangleFile finish();
+  TriangleFile toTriangleFile();
 
  private:
   struct Polygon {

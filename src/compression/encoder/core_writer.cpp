@@ -105,7 +105,7 @@ void writeQuantized(const QuantizedCores& cores, ByteWriter& out) {
     CoefficientBlock copy = *block;  // the model's view of it may change it
     CoefficientModel<RangeEncoder>(stream).code(copy);
   }
-  stream.finish();
+  stream.flush();
 }
 
 void writeCores(const TensorTrain& train, const EncodeOptions& options, const CoreBudget& budget,

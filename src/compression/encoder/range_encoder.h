@@ -25,7 +25,7 @@ class RangeEncoder {
 
   void check() const {}
   /// After the last bit: what a reader needs to tell it.
-  void finish() {
+  void flush() {
     for (int n = 3; n >= 0; --n) out_.u8(static_cast<std::uint8_t>(low_ >> (8 * n)));
   }
 

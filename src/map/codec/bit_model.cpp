@@ -14,6 +14,7 @@ constexpr std::int32_t kFirstWeight = (1 << 16) * 3 / 10;
 /// A counter is a probability (22 bits) and how many bits it has seen (10 bits).
 constexpr int kSeenBits = 10;
 constexpr std::uint32_t kSeen = (1u << kSeenBits) - 1;
+constexpr std::uint32_t kFirstCounter = 1u << 31;
 
 /// What the next bit counts for among those seen, in 65536ths: the mean of all, until they are too many.
 constexpr std::array<std::int32_t, kMostSeen + 1> kShares = [] {
@@ -53,8 +54,13 @@ const std::array<std::int16_t, 4096>& stretchTable() {
 
 BitModel::BitModel(std::size_t places, std::size_t sets)
     : places_per_context_(places),
-      counters_(places * kContexts, Counter{1} << 31),
+      counters_(places * kContexts, kFirstCounter),
       weights_(sets * kContexts, kFirstWeight) {}
+
+void BitModel::forget() {
+  std::fill(counters_.begin(), counters_.end(), kFirstCounter);
+  std::fill(weights_.begin(), weights_.end(), kFirstWeight);
+}
 
 int BitModel::predict(const std::array<std::uint32_t, kContexts>& places, std::size_t set) {
   const std::array<std::int16_t, 4096>& stretch = stretchTable();

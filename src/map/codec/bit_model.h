@@ -14,6 +14,8 @@ class BitModel {
  public:
   /// `places`: how many places the table of each context has; `sets`: how many sets of mixing weights.
   BitModel(std::size_t places, std::size_t sets);
+  /// As if nothing had been learned. A model takes most of a megabyte: one for several streams saves time.
+  void forget();
 
   /// Probability of a 1 in 4096ths, from 1 to 4095. The places, one per context, must be below `places`.
   int predict(const std::array<std::uint32_t, kContexts>& places, std::size_t set);

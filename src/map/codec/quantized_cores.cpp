@@ -27,7 +27,8 @@ float readStep(ByteReader& in) {
 
 void readRangeCoded(ByteReader& in, const std::vector<CoefficientBlock*>& blocks) {
   RangeDecoder stream(in);
-  for (CoefficientBlock* block : blocks) CoefficientModel<RangeDecoder>(stream).code(*block);
+  CoefficientModel<RangeDecoder> model(stream);
+  for (CoefficientBlock* block : blocks) model.code(*block);
   stream.expectEnd();
 }
 

@@ -21,7 +21,7 @@ class CoefficientModel {
  public:
   explicit CoefficientModel(Coder& coder) : coder_(coder) {}
 
-  /// Codes all coefficients of the box, the first index fastest.
+  /// Codes all coefficients of the box, the first index fastest, and knows nothing of the boxes before.
   void code(CoefficientBlock& block);
 
  private:
@@ -85,6 +85,7 @@ void CoefficientModel<Coder>::code(CoefficientBlock& block) {
         block.values[static_cast<std::size_t>(a) +
                      rows * (static_cast<std::size_t>(b) + columns * static_cast<std::size_t>(c))]);
   };
+  model_.forget();
   std::vector<std::int32_t> entry(rows * columns), row(rows), column(columns), across(rows);
   std::vector<std::int32_t> row_sum(rows), column_sum(columns), row_before(rows), column_before(columns);
   std::size_t n = 0;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "../../../tensor/gemm.h"
 #include "../../../tensor/slab_parts.h"
@@ -11,13 +12,21 @@ namespace ttsdf {
 
 Eigen::MatrixXf cosineMatrix(int n) {
   constexpr double kPi = 3.14159265358979323846;
+  // The angle is periodic in 4 n: reduced in integers, it keeps its digits for long modes, and few are
+  // different.
+  const auto angles = static_cast<std::size_t>(4 * n);
+  std::vector<double> cosines(angles);
+  for (std::size_t quarter_turns = 0; quarter_turns < angles; ++quarter_turns)
+    cosines[quarter_turns] = std::cos(kPi * static_cast<double>(quarter_turns) / (2.0 * n));
+  const double constant = std::sqrt(1.0 / n), wave = std::sqrt(2.0 / n);
   Eigen::MatrixXf C(n, n);
   for (int k = 0; k < n; ++k) {
+    const auto step = static_cast<std::size_t>(2 * k + 1);  // below 4 n
+    std::size_t quarter_turns = 0;
     for (int f = 0; f < n; ++f) {
-      // The angle is periodic in 4 n: reduced in integers, it keeps its digits for long modes.
-      const long long quarter_turns = static_cast<long long>(2 * k + 1) * f % (4LL * n);
-      const double angle = kPi * static_cast<double>(quarter_turns) / (2.0 * n);
-      C(f, k) = static_cast<float>(std::sqrt((f == 0 ? 1.0 : 2.0) / n) * std::cos(angle));
+      C(f, k) = static_cast<float>((f == 0 ? constant : wave) * cosines[quarter_turns]);
+      quarter_turns += step;
+      if (quarter_turns >= angles) quarter_turns -= angles;
     }
   }
   return C;
