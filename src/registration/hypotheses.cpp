@@ -27,6 +27,8 @@ constexpr int kPartIterations = 6;
 constexpr double kKernelSigmas = 5.0;  // kernel scale per spread of the residuals
 constexpr int kRestartSteps = 10;
 constexpr std::size_t kRestartsRefined = 3;
+constexpr int kNearRestarts = 8;
+constexpr std::size_t kNearRestartsRefined = 4;
 constexpr int kRays = 100;
 
 }  // namespace
@@ -92,6 +94,13 @@ void Registration::Impl::evaluateCost(Hypothesis& h) const {
            0.5 * prior_.squaredDistance(h.stage.T_map_sensor);
 }
 
+bool Registration::Impl::contains(const std::vector<Hypothesis>& all, const Eigen::Isometry3d& T) const {
+  return std::any_of(all.begin(), all.end(), [&](const Hypothesis& h) {
+    const PoseError apart = poseError(T, h.stage.T_map_sensor);
+    return apart.translation + apart.rotation * scales_.lever <= scales_.tolerance;
+  });
+}
+
 void Registration::Impl::addHypothesis(const Hypothesis& other, double margin, std::vector<Hypothesis>& all) {
   all.push_back(other);
   if (other.cost + margin < all.front().cost) std::swap(all.front(), all.back());
@@ -154,6 +163,22 @@ void Registration::Impl::restart(std::vector<Hypothesis>& all) {
   iterations_ += static_cast<int>(starts.size() * descent.scales.size());
   for (const Candidate& candidate : found)
     addHypothesis(solveHypothesis(fusedWithPrior(candidate.T_map_sensor)), kMargin, all);
+}
+
+std::vector<Registration::Impl::Hypothesis> Registration::Impl::restartNear(
+    const std::vector<Hypothesis>& known) {
+  const double sigma = scales_.near_first;
+  PosePrior nearer = PosePrior::fromSigmas(prior_.T_map_sensor, sigma, sigma / scales_.lever);
+  nearer.information += prior_.information;
+  std::vector<Hypothesis> found;
+  for (const auto& T :
+       startsAround(prior_.T_map_sensor, nearer.information.inverse(), kNearRestarts + 1, 0)) {
+    const Hypothesis h = solveHypothesis(T);
+    if (!contains(known, h.stage.T_map_sensor) && !contains(found, h.stage.T_map_sensor)) found.push_back(h);
+  }
+  sortByCost(found.begin(), found.end());
+  found.resize(std::min(found.size(), kNearRestartsRefined));
+  return found;
 }
 
 Eigen::Isometry3d Registration::Impl::descendFarField(const Eigen::Isometry3d& T_start, double most) {

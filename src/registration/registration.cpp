@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "near_far_field.h"
 #include "registration_impl.h"
 #include "result.h"
 #include "ttsdf_localization/field/long_range_field.h"
@@ -75,6 +76,8 @@ Registration::Impl::Impl(std::shared_ptr<const DistanceField> field, const Regis
     field_->warmUp();  // whose cache is full of far places now
   }
   uses_far_field_ = wanted && long_range_;
+  map_ = field_;
+  if (long_range_ && options_.method == "robust") field_ = std::make_shared<NearFarField>(map_, long_range_);
 }
 
 RegistrationResult Registration::Impl::align(const ScanPoints& points, const Eigen::Isometry3d& T_prior,
@@ -148,16 +151,13 @@ void Registration::Impl::solveGaussNewton(const Eigen::Isometry3d& T_prior, Regi
 void Registration::Impl::solveFromPrior(RegistrationResult& result) {
   const Eigen::Isometry3d& T_prior = prior_.T_map_sensor;
   std::vector<Hypothesis> all{solveHypothesis(T_prior)};
-  if (uses_far_field_ && knownSpaceScore(all.front()) > kFinePart * options_.restart_score) {
+  const bool doubtful = uses_far_field_ && knownSpaceScore(all.front()) > kFinePart * options_.restart_score;
+  if (doubtful) {
     coarse_.assign(scan_, kCoarsePoints);
     // Wide for a start that is far off; narrow where most of the scan is not mapped, and pulls elsewhere.
     for (const double widest : {scales_.widest, scales_.near_first}) {
       const Eigen::Isometry3d T_far = fusedWithPrior(descendFarField(T_prior, widest));
-      const auto same = [&](const Hypothesis& h) {
-        const PoseError apart = poseError(T_far, h.stage.T_map_sensor);
-        return apart.translation + apart.rotation * scales_.lever <= scales_.tolerance;
-      };
-      if (std::none_of(all.begin(), all.end(), same))
+      if (!contains(all, T_far))
         addHypothesis(solveHypothesis(T_far), widest == scales_.widest ? 0.0 : kMargin, all);
     }
     if (options_.restarts > 0 && knownSpaceScore(all.front()) > options_.restart_score) restart(all);
@@ -165,12 +165,18 @@ void Registration::Impl::solveFromPrior(RegistrationResult& result) {
   const RegistrationResult blank = result;
   refineAndVerify(all.front(), result);
   // In a map with gaps another place may explain more of the scan, and badly: what is known decides.
-  if (!result.success) sortByCost(all.begin() + 1, all.end());
-  for (std::size_t n = 1; n < all.size() && !result.success; ++n) {
-    RegistrationResult other = blank;
-    refineAndVerify(all[n], other);
-    if (other.success) result = other;
-  }
+  const auto firstVerified = [&](auto begin, auto end) {
+    sortByCost(begin, end);
+    for (; begin != end && !result.success; ++begin) {
+      RegistrationResult other = blank;
+      refineAndVerify(*begin, other);
+      if (other.success) result = other;
+    }
+  };
+  if (!result.success) firstVerified(all.begin() + 1, all.end());
+  if (result.success || !doubtful || options_.restarts == 0) return;
+  std::vector<Hypothesis> near = restartNear(all);
+  firstVerified(near.begin(), near.end());
 }
 
 void Registration::Impl::solveFromStarts(const std::vector<Eigen::Isometry3d>& starts,

@@ -26,7 +26,7 @@ class Registration::Impl {
   RegistrationResult alignFrom(const ScanPoints& points, const std::vector<Eigen::Isometry3d>& starts,
                                const PosePrior& prior);
   const RegistrationOptions& options() const { return options_; }
-  const DistanceField& field() const { return *field_; }
+  const DistanceField& field() const { return *map_; }
   const std::shared_ptr<const DistanceField>& longRangeField() const { return long_range_; }
 
  private:
@@ -67,6 +67,8 @@ class Registration::Impl {
   static void sortByCost(Iterator begin, Iterator end) {
     std::stable_sort(begin, end, [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; });
   }
+  /// Whether one of them is at that pose.
+  bool contains(const std::vector<Hypothesis>& all, const Eigen::Isometry3d& T) const;
   /// One more; the best, with that margin, stays in front.
   static void addHypothesis(const Hypothesis& other, double margin, std::vector<Hypothesis>& all);
   /// How badly a pose explains the scan [0, 2]: by the points in known space, because a map with gaps
@@ -78,6 +80,9 @@ class Registration::Impl {
   /// A local minimum shows by its score: descend again from poses around the prior and keep what explains the
   /// scan best.
   void restart(std::vector<Hypothesis>& all);
+  /// The far field pulls a scan that is mostly unmapped to where more of the map is. In the map alone, from
+  /// poses that lie nearer to the prior: the best of what is found beside those known.
+  std::vector<Hypothesis> restartNear(const std::vector<Hypothesis>& known);
   /// Descends in the far field. The widest kernel is a few times the residual of the start, `most` [m] at
   /// the most.
   Eigen::Isometry3d descendFarField(const Eigen::Isometry3d& T_start, double most);
@@ -100,7 +105,8 @@ class Registration::Impl {
   /// With the prior and the errors of the map, about the sensor's position.
   Matrix6d posteriorCovariance(const StageResult& stage, const Verification& verification) const;
 
-  std::shared_ptr<const DistanceField> field_;
+  std::shared_ptr<const DistanceField> map_;
+  std::shared_ptr<const DistanceField> field_;  ///< the map as scans ask it: with its far field
   std::shared_ptr<const DistanceField> long_range_;
   bool uses_far_field_ = false;
   bool facing_ = false;

@@ -71,6 +71,12 @@ class DistanceField {
   /// Values, gradients (map frame) and states of a batch. Non-finite points are kOutside. Safe to call from
   /// several threads.
   virtual void evaluate(const PointSpan& points, const SampleSpan& samples) const = 0;
+  /// The same, but far from the surfaces a field may take values and gradients from `far`, its far field,
+  /// where that costs less. States are its own.
+  virtual void evaluate(const PointSpan& points, const DistanceField& far, const SampleSpan& samples) const {
+    static_cast<void>(far);
+    evaluate(points, samples);
+  }
   /// Bytes this field holds in memory, caches included.
   virtual std::size_t memoryBytes() const = 0;
   /// Makes ahead of the first scan what the field keeps around the surface, if anything. `keep_going` is

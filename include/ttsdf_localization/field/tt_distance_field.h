@@ -40,6 +40,9 @@ class TtDistanceField final : public DistanceField {
   const GridGeometry& geometry() const override;
   using DistanceField::evaluate;
   void evaluate(const PointSpan& points, const SampleSpan& samples) const override;
+  /// Once warm, bricks answer near the surface, and the far field everywhere else: the cores are asked for
+  /// bricks only.
+  void evaluate(const PointSpan& points, const DistanceField& far, const SampleSpan& samples) const override;
   std::size_t memoryBytes() const override;
   FieldMemory memory() const;
 

@@ -66,6 +66,9 @@ class TtDistanceField::Impl {
     ready.store(true, std::memory_order_release);
   }
 
+  /// Without `far`, or before the field is warm, everything is asked of bricks and cores.
+  void evaluate(const PointSpan& points, const DistanceField* far, const SampleSpan& samples);
+
   QuantizedBricks::Decode decode() {
     return [this](int a, int b, int c, float* samples) {
       columns.box(a * kBrickCells, b * kBrickCells, c * kBrickCells, kBrickSide, samples);
@@ -86,26 +89,28 @@ class TtDistanceField::Impl {
     bricks.make(unmade, decode());
   }
 
-  void corners(const CellChunk& cells, CornerChunk& out) {
-    std::int32_t missing[kChunk];
+  /// Of the cells in bricks; how many others are inside the box, and which.
+  int nearCorners(const CellChunk& cells, CornerChunk& out, std::int32_t* missing) {
     int count = 0;
-    std::unique_lock<std::mutex> lock(mutex, std::defer_lock);
     if (!ready.load(std::memory_order_acquire)) {
       count = cells.size;
       for (int n = 0; n < count; ++n) missing[n] = n;
     } else if (bricks.whole()) {
       count = bricks.corners(cells, out, missing);
     } else {
-      lock.lock();
+      const std::lock_guard<std::mutex> lock(mutex);
       count = bricks.corners(cells, out, missing, decode());
     }
-    int kept = 0;
-    for (int n = 0; n < count; ++n) {
-      if (cells.state[missing[n]] != PointState::kOutside) missing[kept++] = missing[n];
-    }
-    if (kept == 0) return;
-    if (!lock.owns_lock()) lock.lock();
-    columns.corners(cells, missing, kept, out);
+    return static_cast<int>(
+        std::remove_if(missing, missing + count,
+                       [&](std::int32_t n) { return cells.state[n] == PointState::kOutside; }) -
+        missing);
+  }
+
+  void farCorners(const CellChunk& cells, const std::int32_t* missing, int count, CornerChunk& out) {
+    if (count == 0) return;
+    const std::lock_guard<std::mutex> lock(mutex);
+    columns.corners(cells, missing, count, out);
   }
 
   void stencils(const CellChunk& cells, StencilChunk& out) {
@@ -167,23 +172,62 @@ std::array<int, 3> TtDistanceField::walkOrder() const {
   return {{axes[1], axes[0], axes[2]}};
 }
 
-void TtDistanceField::evaluate(const PointSpan& points, const SampleSpan& samples) const {
-  Impl& self = *impl_;
-  const bool nearest = self.grid.interpolation() == Interpolation::kNearest;
+namespace {
+
+/// Values and gradients of some points, from another field.
+void copyFrom(const DistanceField& far, const PointSpan& points, const std::int32_t* which, int count,
+              const SampleSpan& samples) {
+  float x[kChunk], y[kChunk], z[kChunk], value[kChunk], gradient[3][kChunk];
+  PointState state[kChunk];
+  for (int n = 0; n < count; ++n)
+    x[n] = points.x[which[n]], y[n] = points.y[which[n]], z[n] = points.z[which[n]];
+  far.evaluate(PointSpan{x, y, z, count}, SampleSpan{value, gradient[0], gradient[1], gradient[2], state});
+  for (int n = 0; n < count; ++n) {
+    samples.value[which[n]] = value[n];
+    samples.gradient_x[which[n]] = gradient[0][n];
+    samples.gradient_y[which[n]] = gradient[1][n];
+    samples.gradient_z[which[n]] = gradient[2][n];
+  }
+}
+
+}  // namespace
+
+void TtDistanceField::Impl::evaluate(const PointSpan& points, const DistanceField* far,
+                                     const SampleSpan& samples) {
+  const bool nearest = grid.interpolation() == Interpolation::kNearest;
+  if (nearest || !ready.load(std::memory_order_acquire)) far = nullptr;
   CellChunk cells;
   CornerChunk corners;
-  StencilChunk stencils;
+  StencilChunk differences;
+  std::int32_t missing[kChunk];
   for (int begin = 0; begin < points.size; begin += kChunk) {
     cells.size = std::min(kChunk, points.size - begin);
-    self.grid.locate(points, begin, cells);
+    grid.locate(points, begin, cells);
     if (nearest) {
-      self.stencils(cells, stencils);
-      self.grid.copy(cells, stencils, samples, begin);
-    } else {
-      self.corners(cells, corners);
-      self.grid.interpolate(cells, corners, samples, begin);
+      stencils(cells, differences);
+      grid.copy(cells, differences, samples, begin);
+      continue;
     }
+    const int count = nearCorners(cells, corners, missing);
+    if (!far) {
+      farCorners(cells, missing, count, corners);
+      grid.interpolate(cells, corners, samples, begin);
+      continue;
+    }
+    for (int n = 0; n < count; ++n) std::fill_n(corners.value[missing[n]], 8, 0.0f);
+    grid.interpolate(cells, corners, samples, begin);
+    for (int n = 0; n < count; ++n) missing[n] += begin;
+    copyFrom(*far, points, missing, count, samples);
   }
+}
+
+void TtDistanceField::evaluate(const PointSpan& points, const SampleSpan& samples) const {
+  impl_->evaluate(points, nullptr, samples);
+}
+
+void TtDistanceField::evaluate(const PointSpan& points, const DistanceField& far,
+                               const SampleSpan& samples) const {
+  impl_->evaluate(points, &far, samples);
 }
 
 }  // namespace ttsdf
