@@ -23,8 +23,10 @@ FrameAgreement withSizes(const Sizes& logs) {
 }
 
 /// Covariance that a difference should have, about the sensor's position.
-Matrix6d expected(const FrameAgreement& agreement, const FrameDifference& difference) {
-  return withMapErrors(agreement, difference.covariance, difference.covariance, difference.centroid);
+Matrix6d expected(const FrameAgreement& agreement, const FrameDifference& difference,
+                  double variance_ratio = 1.0) {
+  return withMapErrors(agreement, difference.covariance, difference.covariance, difference.centroid,
+                       variance_ratio);
 }
 
 /// Minus the logarithm of how likely the differences are, but for a constant: Student's distribution, whose
@@ -78,10 +80,8 @@ double quantile(std::vector<double> values, double share) {
 constexpr double kViewpointVoxels = 10.0;
 constexpr double kMostRatio = 10.0;  // of one frame: a stray one does not blow up its neighbours
 
-double squareOf(const FrameDifference& d, const FrameAgreement& agreement, double variance_ratio) {
-  const Matrix6d covariance =
-      withMapErrors(agreement, d.covariance, d.covariance, d.centroid, variance_ratio);
-  return d.step.dot(covariance.ldlt().solve(d.step));
+double squaredMahalanobis(const FrameDifference& d, const FrameAgreement& agreement, double variance_ratio) {
+  return d.step.dot(expected(agreement, d, variance_ratio).ldlt().solve(d.step));
 }
 
 /// Every frame as a viewpoint of its own.
@@ -89,7 +89,7 @@ std::vector<ViewpointAgreement> ratiosOf(const std::vector<FrameDifference>& com
                                          const FrameAgreement& agreement) {
   std::vector<ViewpointAgreement> ratios;
   for (const FrameDifference& d : compared) {
-    const double mean_square = squareOf(d, agreement, 1.0) / 6.0;
+    const double mean_square = squaredMahalanobis(d, agreement, 1.0) / 6.0;
     ratios.push_back({d.viewpoint, 1, std::clamp(mean_square, 1.0 / kMostRatio, kMostRatio)});
   }
   return ratios;
@@ -135,7 +135,7 @@ bool tooNarrow(const FrameAgreement& agreement, const std::vector<FrameDifferenc
   constexpr double kHalf = 5.35, kNineTenths = 10.64, kNineteenTwentieths = 12.59;  // chi-squared
   std::vector<double> squares;
   for (std::size_t n = 0; n < compared.size(); ++n)
-    squares.push_back(squareOf(compared[n], agreement, variance_ratios[n]));
+    squares.push_back(squaredMahalanobis(compared[n], agreement, variance_ratios[n]));
   return quantile(squares, 0.5) > kHalf || quantile(squares, 0.9) > kNineTenths ||
          quantile(squares, 0.95) > kNineteenTwentieths;
 }

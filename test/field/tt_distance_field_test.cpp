@@ -132,8 +132,9 @@ TEST(TtDistanceField, PreparingForPointsChangesNoAnswerAndTakesNoMemory) {
   GridGeometry geometry = turnedGeometry(dims);
   geometry.voxel_size = 1.0 / dims.maxCoeff();
   const TensorTrain train = lowRank(dims, 6);
-  const TtDistanceField prepared(train, geometry, {}, withMemory(0.0)), reference(train, geometry, {}, withMemory(0.0)),
-      whole(train, geometry, {}, withMemory(100.0)), cold(train, geometry, {}, withMemory(0.0));
+  const TtDistanceField prepared(train, geometry, {}, withMemory(0.0)),
+      reference(train, geometry, {}, withMemory(0.0)), whole(train, geometry, {}, withMemory(100.0)),
+      cold(train, geometry, {}, withMemory(0.0));
   for (const TtDistanceField* field : {&prepared, &reference, &whole}) field->warmUp();
   const std::size_t bytes = prepared.memoryBytes();
   for (unsigned seed = 1; seed <= 5; ++seed) {
@@ -202,6 +203,54 @@ TEST(TtDistanceField, WarmUpKeepsTheSurfaceInBytes) {
   // axes.
   EXPECT_LT((a.gradients - b.gradients).norm(), kByteVoxels * std::sqrt(2.0f) * b.gradients.norm());
   EXPECT_EQ(a.states, b.states);
+}
+
+TEST(TtDistanceField, FarFromTheSurfacesTheFarFieldAnswers) {
+  const Dims dims(40, 33, 36);
+  const GridGeometry geometry = turnedGeometry(dims);
+  const TensorTrain train = lowRank(dims, 12);
+  DenseTensor elsewhere(dims);  // values that the map has nowhere
+  for (std::size_t n = 0; n < elsewhere.size(); ++n) elsewhere.data()[n] = 100.0f;
+  const DenseDistanceField far(elsewhere, geometry);
+  const Eigen::Matrix3Xf points = randomPoints(geometry, 3000, 0.0, 0.01);
+  const auto voxel = static_cast<float>(geometry.voxel_size);
+  // A brick is kept for a sample within two voxels of the surface, and reaches as far as its diagonal from
+  // there.
+  const float near = 1.5f * voxel, beyond = (2.0f + 1.7321f * 7.0f) * voxel;
+  for (const double megabytes : {0.0, 4.0}) {
+    const TtDistanceField field(train, geometry, {}, withMemory(megabytes));
+    const auto ask = [&] {
+      FieldSamples s = field.evaluate(points);
+      const Eigen::Matrix<float, 3, Eigen::Dynamic, Eigen::RowMajor> rows = points;
+      Eigen::Matrix<float, 3, Eigen::Dynamic, Eigen::RowMajor> gradients = s.gradients;
+      field.evaluate(PointSpan{rows.row(0).data(), rows.row(1).data(), rows.row(2).data(), 3000}, far,
+                     SampleSpan{s.values.data(), gradients.row(0).data(), gradients.row(1).data(),
+                                gradients.row(2).data(), s.states.data()});
+      s.gradients = gradients;
+      return s;
+    };
+    expectSame(ask(), field.evaluate(points));  // not warm: there are no bricks
+    field.warmUp();
+    const FieldSamples exact = field.evaluate(points), mixed = ask();
+    EXPECT_EQ(mixed.states, exact.states);
+    int near_ones = 0, far_ones = 0;
+    for (Eigen::Index n = 0; n < points.cols(); ++n) {
+      if (exact.states[static_cast<std::size_t>(n)] == PointState::kOutside) continue;
+      if (std::abs(exact.values[n]) < near) {
+        ++near_ones;
+        EXPECT_EQ(mixed.values[n], exact.values[n]);
+        EXPECT_EQ(mixed.gradients.col(n), exact.gradients.col(n));
+      } else if (std::abs(exact.values[n]) > beyond) {
+        ++far_ones;
+        EXPECT_EQ(mixed.values[n], 100.0f);
+        EXPECT_TRUE(mixed.gradients.col(n).isZero(1e-4f));
+      } else {
+        EXPECT_TRUE(mixed.values[n] == exact.values[n] || mixed.values[n] == 100.0f) << mixed.values[n];
+      }
+    }
+    EXPECT_GT(near_ones, 100);
+    EXPECT_GT(far_ones, 10);
+  }
 }
 
 TEST(TtDistanceField, WarmUpCanBeCancelledAndDoneAgain) {
