@@ -4,6 +4,7 @@
 Needs the built tools; TTSDF_BUILD_DIR names their build folder.
 """
 
+import os
 import pathlib
 import subprocess
 import tempfile
@@ -38,6 +39,17 @@ class Quick(unittest.TestCase):
         success = {method: [int(word) for word in lines[method].split()[2:6]] for method in ("ours_r60", "GICP")}
         for ours, other in zip(success["ours_r60"], success["GICP"]):
             self.assertGreaterEqual(ours, 80, lines)  # one of the five scans sees a single wall
+
+    @unittest.skipUnless(os.environ.get("TTSDF_TEST_DATA"), "TTSDF_TEST_DATA names no folder with the public sequences")
+    def test_a_scan_of_which_most_is_not_mapped_is_found_from_half_a_metre(self):
+        result = evaluate(self.store, "--no-clouds", "--scenes", "icl_nuim")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        lines = [line for line in result.stdout.splitlines() if line.startswith("ours")]
+        self.assertEqual(len(lines), 2, result.stdout)
+        for line in lines:
+            success = [int(word) for word in line.split()[2:6]]
+            # Two scans and four perturbations; the far field alone finds five of the eight.
+            self.assertGreaterEqual(sum(success), 350, line)
 
     def test_page_has_the_scene_and_no_folder_of_this_machine(self):
         page = (pathlib.Path(self._folder.name) / "page" / "README.md").read_text()

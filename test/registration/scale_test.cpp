@@ -19,6 +19,7 @@ void PrintTo(const Place& place, std::ostream* out) { *out << place.name; }
 
 const Place kPlaces[] = {
     {"object of 0.3 m at 2 mm", {0.3, 0.225, 0.18}, 0.002, 0.0002, "exact"},
+    {"room at 1 cm", {4.0, 3.0, 2.4}, 0.01, 0.004, "kinect"},
     {"room at 2 cm", {4.0, 3.0, 2.4}, 0.02, 0.004, "kinect"},
     {"room at 5 cm", {4.0, 3.0, 2.4}, 0.05, 0.004, "kinect"},
     {"room at 10 cm", {4.0, 3.0, 2.4}, 0.10, 0.004, "kinect"},
