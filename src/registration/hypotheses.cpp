@@ -18,6 +18,7 @@ constexpr int kStepsPerScale = 6;
 constexpr double kScalePerRms = 6.0;
 constexpr double kScaleFactor = 0.55;
 constexpr int kMiddlePoints = 1000;
+constexpr int kCoarsePoints = 400;  // of descents in the far field
 constexpr int kNearIterations = 5;
 constexpr int kMiddleIterations = 8;
 constexpr double kMiddleCostEpsilon = 3e-3;
@@ -151,7 +152,17 @@ void Registration::Impl::refine(StageResult& best) {
     best.equations = linearize(*field_, scan_, scan_.fitted(), best.T_map_sensor, model(scales_.last));
 }
 
-void Registration::Impl::restart(std::vector<Hypothesis>& all) {
+void Registration::Impl::descendFromPrior(std::vector<Hypothesis>& all) {
+  coarse_.assign(scan_, kCoarsePoints);
+  // Wide for a start that is far off; narrow where most of the scan is not mapped, and pulls elsewhere.
+  for (const double widest : {scales_.widest, scales_.near_first}) {
+    const Eigen::Isometry3d T_far = fusedWithPrior(descendFarField(prior_.T_map_sensor, widest));
+    if (!contains(all, T_far))
+      addHypothesis(solveHypothesis(T_far), widest == scales_.widest ? 0.0 : kMargin, all);
+  }
+}
+
+std::vector<Registration::Impl::Hypothesis> Registration::Impl::restart() {
   const Matrix6d spread = prior_.information.inverse();
   DescentOptions descent;
   descent.rotation_tied_above = scales_.tied_above;
@@ -161,8 +172,10 @@ void Registration::Impl::restart(std::vector<Hypothesis>& all) {
   const auto found = bestDistinct(descendAll(*long_range_, coarse_, starts, descent), kRestartsRefined,
                                   scales_.tolerance, scales_.tolerance / scales_.lever);
   iterations_ += static_cast<int>(starts.size() * descent.scales.size());
+  std::vector<Hypothesis> all;
   for (const Candidate& candidate : found)
-    addHypothesis(solveHypothesis(fusedWithPrior(candidate.T_map_sensor)), kMargin, all);
+    all.push_back(solveHypothesis(fusedWithPrior(candidate.T_map_sensor)));
+  return all;
 }
 
 std::vector<Registration::Impl::Hypothesis> Registration::Impl::restartNear(

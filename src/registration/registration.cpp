@@ -47,7 +47,6 @@ bool hasInside(const DistanceField& field) {
   return near > 0 && inside >= kShare * near;
 }
 
-constexpr int kCoarsePoints = 400;          // of the far field's descent
 constexpr double kClustersPerRadius = 4.0;  // of the verification
 constexpr double kFinePart = 0.5;           // of restart_score: the map alone is enough
 constexpr double kSamePlace = 0.3;          // of the scan's radius
@@ -152,15 +151,11 @@ void Registration::Impl::solveFromPrior(RegistrationResult& result) {
   const Eigen::Isometry3d& T_prior = prior_.T_map_sensor;
   std::vector<Hypothesis> all{solveHypothesis(T_prior)};
   const bool doubtful = uses_far_field_ && knownSpaceScore(all.front()) > kFinePart * options_.restart_score;
-  if (doubtful) {
-    coarse_.assign(scan_, kCoarsePoints);
-    // Wide for a start that is far off; narrow where most of the scan is not mapped, and pulls elsewhere.
-    for (const double widest : {scales_.widest, scales_.near_first}) {
-      const Eigen::Isometry3d T_far = fusedWithPrior(descendFarField(T_prior, widest));
-      if (!contains(all, T_far))
-        addHypothesis(solveHypothesis(T_far), widest == scales_.widest ? 0.0 : kMargin, all);
-    }
-    if (options_.restarts > 0 && knownSpaceScore(all.front()) > options_.restart_score) restart(all);
+  if (doubtful) descendFromPrior(all);
+  const bool may_restart = doubtful && options_.restarts > 0;
+  const bool restarted = may_restart && knownSpaceScore(all.front()) > options_.restart_score;
+  if (restarted) {
+    for (const Hypothesis& other : restart()) addHypothesis(other, kMargin, all);
   }
   const RegistrationResult blank = result;
   refineAndVerify(all.front(), result);
@@ -174,9 +169,12 @@ void Registration::Impl::solveFromPrior(RegistrationResult& result) {
     }
   };
   if (!result.success) firstVerified(all.begin() + 1, all.end());
-  if (result.success || !doubtful || options_.restarts == 0) return;
-  std::vector<Hypothesis> near = restartNear(all);
-  firstVerified(near.begin(), near.end());
+  if (result.success || !may_restart) return;
+  std::vector<Hypothesis> more = restartNear(all);
+  if (!restarted) {
+    for (const Hypothesis& other : restart()) more.push_back(other);
+  }
+  firstVerified(more.begin(), more.end());
 }
 
 void Registration::Impl::solveFromStarts(const std::vector<Eigen::Isometry3d>& starts,

@@ -77,9 +77,11 @@ class Registration::Impl {
   /// The kernel narrowed with the spread of the residuals on a part of the points, the last stage on all but
   /// those held out: outliers, as edges that the map rounds, then count for less.
   void refine(StageResult& best);
-  /// A local minimum shows by its score: descend again from poses around the prior and keep what explains the
-  /// scan best.
-  void restart(std::vector<Hypothesis>& all);
+  /// Adds what descents in the far field find from the prior.
+  void descendFromPrior(std::vector<Hypothesis>& all);
+  /// A local minimum shows by its score: descents in the far field from poses around the prior, the best of
+  /// what they find.
+  std::vector<Hypothesis> restart();
   /// The far field pulls a scan that is mostly unmapped to where more of the map is. In the map alone, from
   /// poses that lie nearer to the prior: the best of what is found beside those known.
   std::vector<Hypothesis> restartNear(const std::vector<Hypothesis>& known);
