@@ -132,8 +132,9 @@ TEST(TtDistanceField, PreparingForPointsChangesNoAnswerAndTakesNoMemory) {
   GridGeometry geometry = turnedGeometry(dims);
   geometry.voxel_size = 1.0 / dims.maxCoeff();
   const TensorTrain train = lowRank(dims, 6);
-  const TtDistanceField prepared(train, geometry, {}, withMemory(0.0)), reference(train, geometry, {}, withMemory(0.0)),
-      whole(train, geometry, {}, withMemory(100.0)), cold(train, geometry, {}, withMemory(0.0));
+  const TtDistanceField prepared(train, geometry, {}, withMemory(0.0)),
+      reference(train, geometry, {}, withMemory(0.0)), whole(train, geometry, {}, withMemory(100.0)),
+      cold(train, geometry, {}, withMemory(0.0));
   for (const TtDistanceField* field : {&prepared, &reference, &whole}) field->warmUp();
   const std::size_t bytes = prepared.memoryBytes();
   for (unsigned seed = 1; seed <= 5; ++seed) {
