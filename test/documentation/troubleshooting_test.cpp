@@ -243,7 +243,7 @@ TEST(Troubleshooting, EveryMistakeGetsItsMessage) {
   EXPECT_GE(m.count(), 60);
   const std::string path = std::string(TTSDF_SOURCE_DIR) + "/doc/mistakes.md";
   if (std::getenv("TTSDF_UPDATE_CONFIG")) std::ofstream(path) << m.page();
-  EXPECT_EQ(fileText(path), m.page()) << "run this test with TTSDF_UPDATE_CONFIG=1";
+  EXPECT_EQ(fileContent(path), m.page()) << "run this test with TTSDF_UPDATE_CONFIG=1";
 }
 
 }  // namespace

@@ -77,7 +77,7 @@ class Workshop {
     return pgm.str();
   }
 
-  TestFolder folder_;
+  TempFolder folder_;
 };
 
 }  // namespace ttsdf

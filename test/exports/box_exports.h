@@ -69,7 +69,7 @@ class ExportTool : public ::testing::Test {
     return found;
   }
 
-  TestFolder folder_;
+  TempFolder folder_;
 };
 
 }  // namespace ttsdf

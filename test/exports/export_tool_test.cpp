@@ -100,7 +100,7 @@ TEST_F(ExportTool, ResolutionsThatMakeNoSenseAreRefusedAtOnce) {
 
 TEST_F(ExportTool, FilesAreWholeAndReplaceNothingElse) {
   const std::string map = boxMap();
-  const std::string before = fileText(map), other = folder_.write("other.ttsdf", before);
+  const std::string before = fileContent(map), other = folder_.write("other.ttsdf", before);
   const std::string folder = folder_ / "f.ply";
   std::filesystem::create_directory(folder);
   const std::string pipe = folder_ / "p.ply";
@@ -116,15 +116,15 @@ TEST_F(ExportTool, FilesAreWholeAndReplaceNothingElse) {
   expectError(runProcess("ttsdf_export", {map, "--octomap", folder_ / "t.ot"}), 1, {".bt"});
   expectError(runProcess("ttsdf_export", {map, "--surface", folder}), 1, {"f.ply", "folder"});
   expectError(runProcess("ttsdf_export", {map, "--surface", pipe}), 1, {"p.ply", "pipe"});
-  EXPECT_TRUE(fileText(map) == before);
-  EXPECT_TRUE(fileText(other) == before);
+  EXPECT_TRUE(fileContent(map) == before);
+  EXPECT_TRUE(fileContent(other) == before);
   exported({map, "--occupancy", folder_ / "a: b's #1"});
-  EXPECT_NE(fileText(folder_ / "a: b's #1.yaml").find("image: 'a: b''s #1.pgm'"), std::string::npos);
+  EXPECT_NE(fileContent(folder_ / "a: b's #1.yaml").find("image: 'a: b''s #1.pgm'"), std::string::npos);
 }
 
 TEST_F(ExportTool, TwoExportsToOneFileAreRefusedHoweverItIsSpelled) {
   const std::string map = boxMap();
-  const std::string before = fileText(map);
+  const std::string before = fileContent(map);
   std::filesystem::create_directory(folder_ / "sub");
   std::filesystem::create_symlink(folder_ / "sub", folder_ / "link");
   std::filesystem::create_symlink("sub/new.ply", folder_ / "dangling.ply");
@@ -147,7 +147,7 @@ TEST_F(ExportTool, TwoExportsToOneFileAreRefusedHoweverItIsSpelled) {
   refused({"--surface", folder_ / "map.ply"}, {"MAP.ttsdf", "--surface", "map.ply"});
   for (const char* name : {"a.ply", "o.pgm", "o.yaml", "sub/a.ply", "sub/new.ply"})
     EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
-  EXPECT_TRUE(fileText(map) == before);
+  EXPECT_TRUE(fileContent(map) == before);
   exported(
       {map, "--surface", folder_ / "sub/o.ply", "--cloud", folder_ / "o.ply", "--occupancy", folder_ / "o"});
 }

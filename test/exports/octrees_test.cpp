@@ -36,7 +36,7 @@ TEST_F(Octrees, AreReadByOctomapAndByOurselves) {
 
   // The other format of octomap, with probabilities: the same cells, the same map.
   ASSERT_TRUE(tree.write(folder_ / "t.ot"));
-  EXPECT_EQ(fileText(mapOf("--octomap", folder_ / "t.ot", "probabilities")), fileText(again));
+  EXPECT_EQ(fileContent(mapOf("--octomap", folder_ / "t.ot", "probabilities")), fileContent(again));
 }
 
 /// Cells deeper inside the turned box than half their diagonal that a way of 6 neighbours over cells which
@@ -139,7 +139,7 @@ TEST_F(Octrees, OfOtherTypesAreReadOrNamed) {
     EXPECT_TRUE(name.find("bt") != std::string::npos ? writable.writeBinary(file) : any.write(file));
     const ToolRun run = built(file);
     EXPECT_EQ(run.exit_code, 0) << name << run.err;
-    return fileText(folder_ / "m.ttsdf");
+    return fileContent(folder_ / "m.ttsdf");
   };
   const std::string plain = map(tree, "plain.bt");
   EXPECT_TRUE(map(tree, "plain.ot") == plain);
@@ -149,8 +149,8 @@ TEST_F(Octrees, OfOtherTypesAreReadOrNamed) {
   // The file's header counts and not its name.
   std::filesystem::rename(folder_ / "plain.ot", folder_ / "full.bt");
   EXPECT_EQ(built(folder_ / "full.bt").exit_code, 0);
-  EXPECT_TRUE(fileText(folder_ / "m.ttsdf") == plain);
-  std::string other = fileText(folder_ / "plain.bt");
+  EXPECT_TRUE(fileContent(folder_ / "m.ttsdf") == plain);
+  std::string other = fileContent(folder_ / "plain.bt");
   other.replace(other.find("id OcTree"), 9, "id CountingOcTree");
   expectError(built(folder_.write("other.bt", other)), 1, {"other.bt", "CountingOcTree", "wanted OcTree"});
   other.replace(other.find("id CountingOcTree"), 17, "di OcTree");
