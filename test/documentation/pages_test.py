@@ -1,5 +1,6 @@
 """The pages of doc/ and the README against the tree: links lead somewhere, parameters exist, the messages that the
-troubleshooting tables quote stand in the sources, and so do the files and names that the page of the structure points to."""
+troubleshooting tables quote stand in the sources, and so do the files and names that the page of the structure points to;
+pages for who starts are short."""
 
 import pathlib
 import re
@@ -27,6 +28,13 @@ def broken_links(page):
             yield "%s: link to %s leads nowhere" % (page.name, target)
         elif anchor and anchor not in anchors(file.read_text(encoding="utf-8")):
             yield "%s: no heading for %s" % (page.name, target)
+
+
+def too_long(page):
+    """Three screens of 40 lines, for who starts."""
+    lines = sum(max(1, -(-len(line) // 130)) for line in page.read_text(encoding="utf-8").splitlines())
+    if lines > 120:
+        yield "%s: got %d lines of at most 130 characters, wanted at most 120" % (page.name, lines)
 
 
 def unknown_parameters(page, known):
@@ -84,6 +92,8 @@ def main():
     problems = []
     for page in PAGES:
         problems += list(broken_links(page)) + list(unknown_parameters(page, known))
+    for name in ("install", "first_map", "first_localization", "own_camera", "bags", "tuning", "troubleshooting"):
+        problems += list(too_long(REPOSITORY / "doc" / (name + ".md")))
     problems += list(unknown_messages(REPOSITORY / "doc" / "troubleshooting.md", sources()))
     problems += list(unknown_places(REPOSITORY / "doc" / "architecture.md"))
     print("\n".join(problems) or "%d pages agree with the tree" % len(PAGES))

@@ -11,11 +11,11 @@
 #include <cmath>
 #include <map>
 
-#include "../support/room.h"
-#include "../tools/tool_process.h"
+#include "../../support/room.h"
+#include "../../tools/tool_process.h"
+#include "../synthetic_scans.h"
 #include "ros/messages/cloud_conversion.h"
 #include "ros/messages/conversions.h"
-#include "synthetic_scans.h"
 
 namespace ttsdf {
 namespace {
@@ -148,7 +148,7 @@ class BagWriter {
   rosbag::Bag bag_;
 };
 
-class OfflineLocalizer : public testing::Test {
+class OfflineLocalizer : public ::testing::Test {
  protected:
   std::string bag(const Story& story) {
     const std::string path = folder_ / "run.bag";
