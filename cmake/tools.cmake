@@ -24,6 +24,7 @@ ttsdf_library(ttsdf_tools
     src/tools/map_edit.cpp
     src/tools/map_memory.cpp
     src/tools/common/option_file.cpp
+    src/tools/common/printable.cpp
     src/tools/common/progress.cpp
     src/tools/common/scan_io.cpp
     src/tools/spectra.cpp

@@ -1,4 +1,5 @@
 #pragma once
+// The templates of option_table.h, which includes this.
 
 #include <cmath>
 #include <stdexcept>
