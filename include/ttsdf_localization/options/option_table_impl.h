@@ -1,5 +1,4 @@
 #pragma once
-// The templates of option_table.h, which includes this.
 
 #include <cmath>
 #include <stdexcept>
