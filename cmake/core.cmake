@@ -80,6 +80,7 @@ ttsdf_library(ttsdf_occupancy SOURCES src/exports/export_file.cpp src/exports/oc
 ttsdf_unit_test(localization/pose_covariance_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/motion_model_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/gates_test.cpp LIBS ttsdf_core)
+ttsdf_unit_test(localization/localizer_recovery_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/localizer_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/time_jump_test.cpp LIBS ttsdf_core)
 ttsdf_unit_test(localization/handheld_test.cpp LIBS ttsdf_core)

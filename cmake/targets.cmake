@@ -104,14 +104,14 @@ function(ttsdf_install name)
   endif()
 endfunction()
 
-# ttsdf_unit_test(<folder/file_test.cpp> LIBS ...): test/<folder>/<file>_test.cpp -> target <folder>_<file>_test
+# ttsdf_unit_test(<folder/file_test.cpp> LIBS ...): test/<folder>/<file>_test.cpp -> target <folder>_<file>_test; folders between
+# the two are not in the name.
 function(ttsdf_unit_test source)
   if(NOT TTSDF_BUILD_TESTS)
     return()
   endif()
   cmake_parse_arguments(ARG "" "" "LIBS;INCLUDE" ${ARGN})
-  string(REPLACE "/" "_" target "${source}")
-  string(REPLACE ".cpp" "" target "${target}")
+  string(REGEX REPLACE "^([a-z_]+)/(.*/)?([a-z_0-9]+)\\.cpp$" "\\1_\\3" target "${source}")
   if(TTSDF_BUILD_ROS)
     if(NOT CATKIN_ENABLE_TESTING)
       return()

@@ -24,6 +24,7 @@ ttsdf_library(ttsdf_tools
     src/tools/map_edit.cpp
     src/tools/map_memory.cpp
     src/tools/common/option_file.cpp
+    src/tools/common/printable.cpp
     src/tools/common/progress.cpp
     src/tools/common/scan_io.cpp
     src/tools/spectra.cpp
@@ -92,5 +93,7 @@ if(TTSDF_BUILD_SIMULATION)
   endforeach()
 endif()
 ttsdf_unit_test(tools/mutated_files_test.cpp LIBS ttsdf_tools ttsdf_mapping OpenVDB::openvdb ${TTSDF_TBB_LIBRARY})
-ttsdf_tool_test(exports/export_tool_test.cpp LIBS ttsdf_tools ttsdf_exports ${TTSDF_OCTOMAP_LIBRARY} ${TTSDF_OCTOMATH_LIBRARY}
-  OpenVDB::openvdb ${TTSDF_TBB_LIBRARY} ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY} INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
+ttsdf_tool_test(exports/export_tool_test.cpp LIBS ttsdf_tools ttsdf_exports OpenVDB::openvdb ${TTSDF_TBB_LIBRARY}
+  ${TTSDF_PCL_common_LIBRARY} ${TTSDF_PCL_io_LIBRARY} INCLUDE ${TTSDF_PCL_INCLUDE_DIR})
+ttsdf_tool_test(exports/octrees_test.cpp
+  LIBS ttsdf_tools ttsdf_exports ${TTSDF_OCTOMAP_LIBRARY} ${TTSDF_OCTOMATH_LIBRARY})

@@ -202,7 +202,7 @@ class Drive:
             return self.changed.wait_for(lambda: stamp in self.answers, seconds)
 
     def start(self):
-        """Gives the pose until it is believed."""
+        """Gives the pose, and scans until the node tracks."""
         poses = self.rospy.Publisher("initialpose", self.tools.PoseWithCovarianceStamped, queue_size=2)
         end = time.monotonic() + 60.0
         told = False

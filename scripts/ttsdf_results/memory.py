@@ -4,7 +4,7 @@ usage: scripts/results memory --map MAP.ttsdf --scans LIST [--against FOLDER [--
                               [--place NAME MAP.ttsdf LIST]... [--hostile FOLDER] [--page FOLDER]
 
   --map MAP.ttsdf, --scans LIST  a room and scans as scripts/frames_to_batch makes them: the table of bounds
-  --against FOLDER               programs of another build for that table, --against-map its map (see scripts/memory_table)
+  --against FOLDER               programs of another build for that table, --against-map its map, where it does not read this one
   --rounds N                     of that table (default 3)
   --place NAME MAP.ttsdf LIST    another map at some bounds, and its scans with priors
   --down NAME X,Y,Z              this place also without priors: down in the sensor frame of its scans
@@ -24,7 +24,6 @@ The node is a page of its own (scripts/results node). Where maps and scans of a 
 """
 
 import argparse
-import csv
 import json
 import os
 import pathlib
@@ -34,9 +33,10 @@ import sys
 import tempfile
 import time
 
-from . import facts
+from . import facts, memory_bounds
 from .evaluate import parts_failed
-from .store import ROOT, StepError, tools_folder
+from .memory_bounds import registered
+from .store import tools_folder
 from .text import markdown, percent, size
 
 PLACE_BOUNDS = (0, 4, 15, 200)  # MB; the last is enough to hold a building of 200 million voxels whole
@@ -75,15 +75,8 @@ def maps_section(a, tools):
             markdown(["map", "voxels", "voxel size", "rank", "file", "in the comparison"], rows))
 
 
-def bounds_section(a, folder):
-    command = [str(ROOT / "scripts" / "memory_table"), a.map, a.scans, "--rounds", str(a.rounds), "--output",
-               str(folder / "table.json")]
-    for option in ("against", "against_map"):
-        if getattr(a, option):
-            command += ["--" + option.replace("_", "-"), getattr(a, option)]
-    if subprocess.run(command).returncode != 0:
-        raise StepError("scripts/memory_table failed")
-    table = json.loads((folder / "table.json").read_text())
+def bounds_section(a, tools, folder):
+    table = memory_bounds.table(tools, folder, a)
     head = ["`memory_megabytes`", "map [MB]", "process grows by [MB]", "cores", "columns", "bricks", "far field", "mask",
             "loading [s]", "first scan, warm [ms]", "ratio", "median, 99 % [ms]", "success", "median error [mm]"]
     rows = []
@@ -99,17 +92,6 @@ def bounds_section(a, folder):
             "library code that is read on the way. First scan: one that the process has not seen, after loading; warm: the "
             "same one again. `other build`: another commit with its own defaults.\n\n" + markdown(head, rows))
     return text, table
-
-
-def register(tools, folder, *arguments):
-    """Rows and report of one run of ttsdf_register."""
-    out, report = folder / "out.csv", folder / "report.json"
-    result = subprocess.run([str(tools / "ttsdf_register"), *map(str, arguments), "--output", str(out), "--report", str(report)],
-                            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, universal_newlines=True)
-    if result.returncode != 0:
-        raise StepError("ttsdf_register: " + (result.stderr.strip().splitlines() or ["failed"])[-1])
-    with out.open() as file:
-        return list(csv.DictReader(file)), json.loads(report.read_text())
 
 
 def reasons(rows):
@@ -134,8 +116,8 @@ def place_rows(tools, folder, name, tt_map, scans):
     rows, figures = [], []
     for bound in PLACE_BOUNDS:
         words = ["--map", tt_map, "--batch", scans, "--memory-megabytes", bound]
-        cold, report = register(tools, folder, *words)
-        again, _ = register(tools, folder, *words, "--repeat", 7)
+        cold, report = registered(tools, folder, *words)
+        again, _ = registered(tools, folder, *words, "--repeat", 7)
         rows.append([name, f"{os.path.getsize(tt_map) / 1e3:.1f} kB", bound, megabytes(report["map_memory_bytes"]),
                      megabytes(report["data_added_bytes"]), f"{report['load_seconds']:.2f}", *scans_of(cold), scans_of(again)[3]])
         figures.append({"bound": bound, "success": rows[-1][6], **report})
@@ -156,7 +138,7 @@ def places_section(a, tools, folder):
     rows = []
     for name, down in a.down:
         _, tt_map, scans = next(place for place in a.place if place[0] == name)
-        found, _ = register(tools, folder, "--map", tt_map, "--batch", scans, "--mode", "global", f"--gravity={down}")
+        found, _ = registered(tools, folder, "--map", tt_map, "--batch", scans, "--mode", "global", f"--gravity={down}")
         near = sum(float(row["translation_error"]) < 0.05 for row in found)
         rows.append([name, *scans_of(found), f"{near} of {len(found)}"])
         figures[name + ", without priors"] = rows[-1]
@@ -267,7 +249,7 @@ def main(arguments):
     parts, figures = [maps_section(a, tools)], {}
     with tempfile.TemporaryDirectory(prefix="ttsdf_memory_") as folder:
         folder = pathlib.Path(folder)
-        text, figures["bounds"] = bounds_section(a, folder)
+        text, figures["bounds"] = bounds_section(a, tools, folder)
         parts.append(text)
         if a.place:
             text, figures["places"] = places_section(a, tools, folder)

@@ -27,8 +27,8 @@ class FieldSlabs {
   const ModeOrder& axes() const { return axes_; }
   SlabSource values() const;
   /// Weight in (0, 1] per voxel: 1 at the surface, falling with the distance from it, little where the map
-  /// knows nothing (those values are nobody's business as long as they stay smooth). Not to be called from
-  /// several threads.
+  /// knows nothing (those values mean nothing, and only have to stay smooth). Not to be called from several
+  /// threads.
   WeightedSlabSource weighted() const;
 
   FieldError compare(const TensorTrain& train) const;

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <iostream>
 
-#include "node_help.h"
+#include "node_main.h"
 #include "ros/demo/demo_ros.h"
 
 namespace {

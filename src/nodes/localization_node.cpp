@@ -1,8 +1,4 @@
-#include <ros/ros.h>
-
-#include <exception>
-
-#include "node_help.h"
+#include "node_main.h"
 #include "ros/node/localization_ros.h"
 
 namespace {
@@ -20,15 +16,8 @@ services    ~load_map, ~get_map, ~set_map, ~relocalize, ~global_localization, ~r
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (ttsdf::printedHelp(argc, argv, kHelp)) return 0;
-  ros::init(argc, argv, "localization");
-  const ros::NodeHandle node, private_node("~");  // outlive the try: with the last handle the log goes too
-  try {
-    const ttsdf::LocalizationRos localization(node, private_node, ros::this_node::getName());
-    ros::spin();
-  } catch (const std::exception& error) {
-    ROS_FATAL_STREAM("does not start: " << error.what());
-    return 1;
-  }
-  return 0;
+  return ttsdf::runNode(argc, argv, "localization", kHelp,
+                        [](const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
+                          return ttsdf::LocalizationRos(node, private_node, ros::this_node::getName());
+                        });
 }

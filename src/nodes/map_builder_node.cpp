@@ -1,8 +1,4 @@
-#include <ros/ros.h>
-
-#include <exception>
-
-#include "node_help.h"
+#include "node_main.h"
 #include "ros/builder/map_builder_ros.h"
 
 namespace {
@@ -18,15 +14,8 @@ services    ~build_map, ~save_map, ~load_map, ~reset, get_map
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (ttsdf::printedHelp(argc, argv, kHelp)) return 0;
-  ros::init(argc, argv, "map_builder");
-  ros::NodeHandle nh, private_nh("~");
-  try {
-    const ttsdf::MapBuilderRos builder(nh, private_nh);
-    ros::spin();
-  } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(error.what());
-    return 1;
-  }
-  return 0;
+  return ttsdf::runNode(argc, argv, "map_builder", kHelp,
+                        [](const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
+                          return ttsdf::MapBuilderRos(node, private_node);
+                        });
 }

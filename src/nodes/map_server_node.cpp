@@ -1,11 +1,9 @@
-#include <ros/ros.h>
-
-#include <exception>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <string>
 
-#include "node_help.h"
+#include "node_main.h"
 #include "ros/server/atlas_server_ros.h"
 #include "ros/server/map_server_ros.h"
 
@@ -23,27 +21,15 @@ an atlas    publishes atlas (what maps there are, again when atlas.yaml changes)
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (ttsdf::printedHelp(argc, argv, kHelp)) return 0;
-  ros::init(argc, argv, "map_server");
-  ros::NodeHandle nh;
-  std::string map_file = argc > 1 ? argv[1] : "";
-  if (map_file.empty()) ros::NodeHandle("~").getParam("map_file", map_file);
-  if (map_file.empty()) {
-    ROS_FATAL("Got no map file, wanted one as argument or parameter ~map_file");
-    return 1;
-  }
-  try {
-    std::unique_ptr<ttsdf::AtlasServerRos> atlas;
-    std::unique_ptr<ttsdf::MapServerRos> map;
-    if (std::filesystem::is_directory(map_file)) {
-      atlas = std::make_unique<ttsdf::AtlasServerRos>(nh, map_file);
-    } else {
-      map = std::make_unique<ttsdf::MapServerRos>(nh, ros::NodeHandle("~"), map_file);
-    }
-    ros::spin();
-  } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(error.what());
-    return 1;
-  }
-  return 0;
+  return ttsdf::runNode(
+      argc, argv, "map_server", kHelp,
+      [&](const ros::NodeHandle& node, const ros::NodeHandle& private_node) -> std::shared_ptr<void> {
+        std::string map_file = argc > 1 ? argv[1] : "";
+        if (map_file.empty()) private_node.getParam("map_file", map_file);
+        if (map_file.empty())
+          throw std::invalid_argument("got no map file, wanted one as argument or parameter ~map_file");
+        if (std::filesystem::is_directory(map_file))
+          return std::make_shared<ttsdf::AtlasServerRos>(node, map_file);
+        return std::make_shared<ttsdf::MapServerRos>(node, private_node, map_file);
+      });
 }

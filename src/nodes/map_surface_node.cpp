@@ -1,8 +1,4 @@
-#include <ros/ros.h>
-
-#include <exception>
-
-#include "node_help.h"
+#include "node_main.h"
 #include "ros/operator/map_surface.h"
 
 namespace {
@@ -17,15 +13,8 @@ publishes   map_surface
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (ttsdf::printedHelp(argc, argv, kHelp)) return 0;
-  ros::init(argc, argv, "map_surface");
-  const ros::NodeHandle node, private_node("~");
-  try {
-    const ttsdf::MapSurface surface(node, private_node);
-    ros::spin();
-  } catch (const std::exception& error) {
-    ROS_FATAL_STREAM("does not start: " << error.what());
-    return 1;
-  }
-  return 0;
+  return ttsdf::runNode(argc, argv, "map_surface", kHelp,
+                        [](const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
+                          return ttsdf::MapSurface(node, private_node);
+                        });
 }

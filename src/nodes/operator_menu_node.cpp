@@ -1,8 +1,4 @@
-#include <ros/ros.h>
-
-#include <exception>
-
-#include "node_help.h"
+#include "node_main.h"
 #include "ros/operator/operator_menu.h"
 
 namespace {
@@ -20,15 +16,8 @@ calls       ~global_localization, ~relocalize, ~pause, ~reset and ~load_map of t
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (ttsdf::printedHelp(argc, argv, kHelp)) return 0;
-  ros::init(argc, argv, "operator_menu");
-  const ros::NodeHandle node, private_node("~");
-  try {
-    const ttsdf::OperatorMenu menu(node, private_node);
-    ros::spin();
-  } catch (const std::exception& error) {
-    ROS_FATAL_STREAM("does not start: " << error.what());
-    return 1;
-  }
-  return 0;
+  return ttsdf::runNode(argc, argv, "operator_menu", kHelp,
+                        [](const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
+                          return ttsdf::OperatorMenu(node, private_node);
+                        });
 }

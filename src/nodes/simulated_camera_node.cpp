@@ -1,8 +1,4 @@
-#include <ros/ros.h>
-
-#include <exception>
-
-#include "node_help.h"
+#include "node_main.h"
 #include "ros/demo/simulated_camera_ros.h"
 
 namespace {
@@ -17,15 +13,8 @@ services    ~kidnap, ~pause_odometry, ~truth_tf, ~stand_still
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (ttsdf::printedHelp(argc, argv, kHelp)) return 0;
-  ros::init(argc, argv, "simulated_camera");
-  ros::NodeHandle nh, private_nh("~");
-  try {
-    const ttsdf::SimulatedCameraRos camera(nh, private_nh);
-    ros::spin();
-  } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(error.what());
-    return 1;
-  }
-  return 0;
+  return ttsdf::runNode(argc, argv, "simulated_camera", kHelp,
+                        [](const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
+                          return ttsdf::SimulatedCameraRos(node, private_node);
+                        });
 }

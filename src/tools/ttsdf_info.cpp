@@ -14,6 +14,7 @@
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/json_file.h"
 #include "ttsdf_localization/tools/map_memory.h"
+#include "ttsdf_localization/tools/printable.h"
 #include "ttsdf_localization/tools/progress.h"
 #include "ttsdf_localization/tools/spectra.h"
 

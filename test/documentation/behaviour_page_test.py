@@ -13,7 +13,8 @@ PAGE = REPOSITORY / "doc" / "behaviour_tests.md"
 
 def unit_tests():
     """Names of the unit tests' programs: <folder>_<file>."""
-    return {"%s_%s" % (path.parent.name, path.stem) for path in (REPOSITORY / "test").glob("*/*_test.cpp")}
+    tests = REPOSITORY / "test"
+    return {"%s_%s" % (path.relative_to(tests).parts[0], path.stem) for path in tests.rglob("*_test.cpp")}
 
 
 def methods(rostest):

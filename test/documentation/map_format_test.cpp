@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <iomanip>
 #include <limits>
@@ -15,32 +14,17 @@
 #include "../map/file_surgery.h"
 #include "../map/first_form.h"
 #include "../map/room_map.h"
+#include "../support/temp_folder.h"
 
 namespace ttsdf {
 namespace {
 
-namespace fs = std::filesystem;
 using test::Bytes;
 using test::RawFile;
 using test::setNumber;
 
-/// The whole of a text file.
-std::string textOf(const fs::path& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 class MapFormatPage : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "map_format_test_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   /// A file, and beside it what a reader must find in it: fields, then samples (index, position, value,
   /// support).
   void writeCase(const std::string& name, const TtSdfMap& written, const EncodeOptions& options) {
@@ -48,7 +32,7 @@ class MapFormatPage : public ::testing::Test {
   }
   void writeCase(const std::string& name, const Bytes& bytes) {
     const TtSdfMap map = deserialize(bytes.data(), bytes.size());
-    writeFileAtomically((folder_ / (name + ".ttsdf")).string(), bytes);
+    writeFileAtomically(folder_ / (name + ".ttsdf"), bytes);
     std::ofstream out(folder_ / (name + ".expected"));
     out << std::setprecision(17) << "map_id " << fileInfo(bytes.data(), bytes.size()).map_id << "\nencoding "
         << ttsdf::name(fileInfo(bytes.data(), bytes.size()).encoding) << "\ndims "
@@ -83,7 +67,7 @@ class MapFormatPage : public ::testing::Test {
 
   /// Bytes that both readers must refuse, with a message that the page names.
   void writeRefused(const std::string& name, const Bytes& bytes) {
-    writeFileAtomically((folder_ / (name + ".refused")).string(), bytes);
+    writeFileAtomically(folder_ / (name + ".refused"), bytes);
     try {
       deserialize(bytes.data(), bytes.size());
       ADD_FAILURE() << name << ": accepted";
@@ -102,7 +86,7 @@ class MapFormatPage : public ::testing::Test {
 
   void expectReaderAgrees() const {
     const std::string command = std::string(TTSDF_PYTHON) + " -B '" + TTSDF_SOURCE_DIR +
-                                "/test/documentation/map_reader_check.py' '" + folder_.string() + "'";
+                                "/test/documentation/map_reader_check.py' '" + folder_.path() + "'";
     EXPECT_EQ(std::system(command.c_str()), 0);
   }
 
@@ -110,8 +94,8 @@ class MapFormatPage : public ::testing::Test {
     return page_.find("`" + subject + "`") != std::string::npos;
   }
 
-  fs::path folder_;
-  const std::string page_ = textOf(TTSDF_SOURCE_DIR "/doc/map_format.md");
+  testing::TempFolder folder_;
+  const std::string page_ = testing::fileContent(TTSDF_SOURCE_DIR "/doc/map_format.md");
 };
 
 TEST_F(MapFormatPage, IsEnoughToReadEveryEncoding) {

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 
 import map_reader
+from map_bytes import FormatError
 
 NUMBERS = ("dims", "voxel_size", "ranks", "truncation", "clamp_negative", "clamp_positive", "cell_voxels")
 
@@ -56,7 +57,7 @@ def main(folder):
             try:
                 map_reader.read_map(path.read_bytes())
                 problems.append("%s: accepted" % path.name)
-            except map_reader.FormatError:
+            except FormatError:
                 pass
     print("\n".join(problems) or "map_reader.py agrees on %d files" % files)
     return 1 if problems or not files else 0

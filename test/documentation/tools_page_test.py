@@ -29,7 +29,7 @@ SECTIONS = (
     ("Scripts", "In `scripts/`.",
      ("demo", "test", "setup", "build", "fresh", "platforms", "build_seconds", "package", "robot_root", "cross_arm64",
       "atlas_dask", "atlas_scale", "frames_from", "frames_to_bag", "frames_to_batch", "evaluate_trajectory",
-      "evaluate", "results", "reliability", "memory_table", "plot_map", "benchmark", "screenshot", "fuzz", "update_pages")),
+      "evaluate", "results", "reliability", "plot_map", "benchmark", "screenshot", "fuzz", "update_pages")),
 )
 
 

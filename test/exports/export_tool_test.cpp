@@ -1,10 +1,6 @@
-// What leaves a map, read back by other programs: PCL, OpenVDB, octomap, and the rules of map_server's
-// loader.
+// What leaves a map, read back by other programs: PCL, OpenVDB, and the rules of map_server's loader.
 
 #include <gtest/gtest.h>
-#include <octomap/ColorOcTree.h>
-#include <octomap/OcTree.h>
-#include <octomap/OcTreeStamped.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Interpolation.h>
 #include <pcl/io/pcd_io.h>
@@ -19,75 +15,26 @@
 #include <fstream>
 #include <sstream>
 
-#include "../tools/tool_process.h"
-#include "ttsdf_localization/surface/surface_mesh.h"
+#include "box_exports.h"
 
 namespace ttsdf {
 namespace {
 
-constexpr double kVoxel = 0.05;
-const Eigen::Array3d kHalf(1.0, 0.75, 0.5);
-
-/// Exact signed distance to the box, positive outside.
-double distance(const Eigen::Vector3d& p, const Eigen::Vector3d& centre = Eigen::Vector3d::Zero()) {
-  const Eigen::Array3d q = (p - centre).array().abs() - kHalf;
-  return q.max(0.0).matrix().norm() + std::min(0.0, q.maxCoeff());
-}
-
-std::string boxObj(const Eigen::Vector3d& centre) {
-  std::ostringstream out;
-  out.precision(12);
-  for (int n = 0; n < 8; ++n) {
-    out << "v " << centre.x() + ((n & 4) != 0 ? 1.0 : -1.0) << ' '
-        << centre.y() + ((n & 2) != 0 ? 0.75 : -0.75) << ' ' << centre.z() + ((n & 1) != 0 ? 0.5 : -0.5)
-        << '\n';
-  }
-  return out.str() +
-         "f 1 2 4\nf 1 4 3\nf 5 7 8\nf 5 8 6\nf 1 5 6\nf 1 6 2\nf 3 4 8\nf 3 8 7\nf 1 3 7\nf 1 7 5\nf 2 6 "
-         "8\nf 2 8 4\n";
-}
-
-class ExportTool : public ::testing::Test {
- protected:
-  std::string build(const std::string& name, const Eigen::Vector3d& centre) {
-    const std::string map = folder_ / (name + ".ttsdf");
-    const ToolRun run =
-        runProcess("ttsdf_build", {"--mesh", folder_.write(name + ".obj", boxObj(centre)), "--voxel-size",
-                                   "0.05", "--truncation", "0.15", "--output", map});
-    EXPECT_EQ(run.exit_code, 0) << run.err;
-    return map;
-  }
-  void exported(std::vector<std::string> arguments) {
-    const ToolRun run = runProcess("ttsdf_export", arguments);
-    EXPECT_EQ(run.exit_code, 0) << run.err;
-  }
-  TestFolder folder_;
-};
-
 TEST_F(ExportTool, SurfacesLieWithinHalfAVoxelOfTheMesh) {
-  const std::string map = build("box", Eigen::Vector3d::Zero());
+  const std::string map = boxMap();
   for (const char* name : {"s.ply", "s.obj", "s.stl"}) {
     exported({map, "--surface", folder_ / name});
-    const SurfaceMesh mesh = readMesh(folder_ / name);
-    ASSERT_GT(mesh.vertices.cols(), 1000) << name;
-    double worst = 0.0;
-    for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n) {
-      worst = std::max(worst, std::abs(distance(mesh.vertices.col(n).cast<double>())));
-    }
-    EXPECT_LT(worst, 0.5 * kVoxel) << name;
+    const Distances found = distancesOf(folder_ / name);
+    EXPECT_GT(found.count, 1000) << name;
+    EXPECT_LT(found.largest, 0.5 * kVoxel) << name;
   }
 }
 
 TEST_F(ExportTool, PlacesOfASurveyStayWhereTheyAre) {
   const Eigen::Vector3d utm(356789.123, 5412345.678, 122.956);
-  const std::string map = build("utm", utm);
+  const std::string map = boxMap(utm);
   exported({map, "--surface", folder_ / "s.ply", "--cloud", folder_ / "c.pcd", "--occupancy", folder_ / "o"});
-  const SurfaceMesh mesh = readMesh(folder_ / "s.ply");
-  double worst = 0.0;
-  for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n) {
-    worst = std::max(worst, std::abs(distance(mesh.origin + mesh.vertices.col(n).cast<double>(), utm)));
-  }
-  EXPECT_LT(worst, 0.5 * kVoxel);
+  EXPECT_LT(distancesOf(folder_ / "s.ply", utm).largest, 0.5 * kVoxel);
   const std::string points =
       folder_.write("p.txt", "356789.123 5412345.678 123.656\n356789.123 5412346.628 122.956\n");
   const ToolRun query = runProcess("ttsdf_query", {map, "--points", points});
@@ -99,7 +46,7 @@ TEST_F(ExportTool, PlacesOfASurveyStayWhereTheyAre) {
 }
 
 TEST_F(ExportTool, CloudsAreReadByPcl) {
-  const std::string map = build("box", Eigen::Vector3d::Zero());
+  const std::string map = boxMap();
   exported({map, "--cloud", folder_ / "c.pcd"});
   pcl::PointCloud<pcl::PointNormal> cloud;
   ASSERT_EQ(pcl::io::loadPCDFile(folder_ / "c.pcd", cloud), 0);
@@ -113,7 +60,7 @@ TEST_F(ExportTool, CloudsAreReadByPcl) {
 }
 
 TEST_F(ExportTool, VolumesAreReadByOpenVdb) {
-  const std::string map = build("box", Eigen::Vector3d::Zero());
+  const std::string map = boxMap();
   exported({map, "--vdb", folder_ / "v.vdb"});
   openvdb::initialize();
   openvdb::io::File file(folder_ / "v.vdb");
@@ -126,149 +73,11 @@ TEST_F(ExportTool, VolumesAreReadByOpenVdb) {
     EXPECT_NEAR(static_cast<double>(sampler.wsSample({p.x(), p.y(), p.z()})), distance(p), 0.01)
         << p.transpose();
   }
-  // And by ourselves.
-  EXPECT_EQ(runProcess("ttsdf_build", {"--vdb", folder_ / "v.vdb", "--voxel-size", "0.05", "--truncation",
-                                       "0.15", "--output", folder_ / "again.ttsdf"})
-                .exit_code,
-            0);
-}
-
-TEST_F(ExportTool, OctreesAreReadByOctomapAndByOurselves) {
-  const std::string map = build("box", Eigen::Vector3d::Zero());
-  exported({map, "--octomap", folder_ / "t.bt"});
-  octomap::OcTree tree(folder_ / "t.bt");
-  EXPECT_NEAR(tree.getResolution(), kVoxel, 1e-9);
-  std::size_t occupied = 0, free = 0;
-  for (auto leaf = tree.begin_leafs(), end = tree.end_leafs(); leaf != end; ++leaf) {
-    if (!tree.isNodeOccupied(*leaf)) {
-      ++free;
-      EXPECT_GT(distance({leaf.getX(), leaf.getY(), leaf.getZ()}), 0.0);
-      continue;
-    }
-    ++occupied;
-    EXPECT_LT(std::abs(distance({leaf.getX(), leaf.getY(), leaf.getZ()})), 1.5 * kVoxel);
-  }
-  EXPECT_GT(occupied, 1000u);
-  EXPECT_GT(free, 0u);
-
-  const ToolRun run =
-      runProcess("ttsdf_build", {"--octomap", folder_ / "t.bt", "--voxel-size", "0.05", "--truncation",
-                                 "0.15", "--output", folder_ / "again.ttsdf"});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  exported({folder_ / "again.ttsdf", "--surface", folder_ / "again.ply"});
-  const SurfaceMesh mesh = readMesh(folder_ / "again.ply");
-  double sum = 0.0;
-  for (Eigen::Index n = 0; n < mesh.vertices.cols(); ++n)
-    sum += std::abs(distance(mesh.vertices.col(n).cast<double>()));
-  EXPECT_LT(sum / static_cast<double>(mesh.vertices.cols()), kVoxel);  // cells are no finer
-
-  // The other format of octomap, with probabilities: the same cells, the same map.
-  ASSERT_TRUE(tree.write(folder_ / "t.ot"));
-  ASSERT_EQ(runProcess("ttsdf_build", {"--octomap", folder_ / "t.ot", "--voxel-size", "0.05", "--truncation",
-                                       "0.15", "--output", folder_ / "probabilities.ttsdf"})
-                .exit_code,
-            0);
-  EXPECT_EQ(fileText(folder_ / "probabilities.ttsdf"), fileText(folder_ / "again.ttsdf"));
-}
-
-std::string rotatedBoxObj(double angle) {
-  std::istringstream in(boxObj(Eigen::Vector3d::Zero()));
-  std::ostringstream out;
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream words(line);
-    std::string key;
-    Eigen::Vector3d p;
-    words >> key;
-    if (key == "v" && words >> p.x() >> p.y() >> p.z()) {
-      out << "v " << (Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) * p).transpose() << '\n';
-    } else {
-      out << line << '\n';
-    }
-  }
-  return out.str();
-}
-
-/// Cells deeper inside the turned box than half their diagonal that a way of 6 neighbours over cells which
-/// are not occupied leads to, from a corner outside.
-int cellsReachedInside(const octomap::OcTree& tree, double angle) {
-  const Eigen::AngleAxisd back(-angle, Eigen::Vector3d::UnitZ());
-  const double deep = -0.5 * std::sqrt(3.0) * tree.getResolution();
-  const auto key = [&tree](int axis, double x) {
-    return static_cast<int>(tree.coordToKey(axis < 2 ? x : 0.6 * x));
-  };
-  Eigen::Array3i low, count;
-  for (int axis = 0; axis < 3; ++axis) {
-    low[axis] = key(axis, -1.5);
-    count[axis] = key(axis, 1.5) - low[axis] + 1;
-  }
-  std::vector<bool> seen(static_cast<std::size_t>(count.prod()));
-  std::vector<Eigen::Array3i> open;
-  int reached = 0;
-  const auto visit = [&](const Eigen::Array3i& at) {
-    if ((at < 0).any() || (at >= count).any()) return;
-    const auto n = static_cast<std::size_t>((at.z() * count.y() + at.y()) * count.x() + at.x());
-    if (seen[n]) return;
-    seen[n] = true;
-    octomap::OcTreeKey cell;
-    for (int axis = 0; axis < 3; ++axis)
-      cell[static_cast<unsigned>(axis)] = static_cast<octomap::key_type>(low[axis] + at[axis]);
-    const auto* node = tree.search(cell);
-    if (node && tree.isNodeOccupied(node)) return;
-    const octomap::point3d p = tree.keyToCoord(cell);
-    if (distance(back * Eigen::Vector3d(p.x(), p.y(), p.z())) < deep) ++reached;
-    open.push_back(at);
-  };
-  visit(Eigen::Array3i::Zero());
-  EXPECT_EQ(open.size(), 1u) << "the corner outside is occupied";
-  while (!open.empty()) {
-    const Eigen::Array3i at = open.back();
-    open.pop_back();
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int step : {-1, 1}) {
-        Eigen::Array3i next = at;
-        next[axis] += step;
-        visit(next);
-      }
-    }
-  }
-  return reached;
-}
-
-TEST_F(ExportTool, OctreesHaveNoHolesAtAnyResolution) {
-  const double angle = 0.4;
-  const std::string map = folder_ / "turned.ttsdf";
-  ASSERT_EQ(runProcess("ttsdf_build", {"--mesh", folder_.write("turned.obj", rotatedBoxObj(angle)),
-                                       "--voxel-size", "0.05", "--truncation", "0.15", "--output", map})
-                .exit_code,
-            0);
-  const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitZ());
-  for (const double resolution : {0.02, 0.05, 0.07, 0.2}) {
-    exported({map, "--octomap", folder_ / "t.bt", "--resolution", std::to_string(resolution)});
-    octomap::OcTree tree(folder_ / "t.bt");
-    EXPECT_NEAR(tree.getResolution(), resolution, 1e-6);
-    EXPECT_EQ(cellsReachedInside(tree, angle), 0) << resolution;
-    for (auto leaf = tree.begin_leafs(), end = tree.end_leafs(); leaf != end; ++leaf) {
-      const Eigen::Vector3d p = turn.inverse() * Eigen::Vector3d(leaf.getX(), leaf.getY(), leaf.getZ());
-      if (tree.isNodeOccupied(*leaf)) {
-        EXPECT_LT(std::abs(distance(p)), std::sqrt(3.0) * leaf.getSize());
-      }
-    }
-    // One way through the face x = 1 is found. Two cells wide: cells of a slanting line touch in corners
-    // only.
-    for (double x = 0.0; x < 1.3; x += 0.2 * resolution) {
-      const Eigen::Vector3d p = turn * Eigen::Vector3d(x, 0.1, 0.1);
-      for (const double beside : {0.0, resolution}) {
-        tree.setNodeValue(octomap::point3d(static_cast<float>(p.x() + beside), static_cast<float>(p.y()),
-                                           static_cast<float>(p.z())),
-                          -1.0F);
-      }
-    }
-    EXPECT_GT(cellsReachedInside(tree, angle), 0) << resolution;
-  }
+  mapOf("--vdb", folder_ / "v.vdb", "again");  // and by ourselves
 }
 
 TEST_F(ExportTool, ResolutionsThatMakeNoSenseAreRefusedAtOnce) {
-  const std::string map = build("box", Eigen::Vector3d::Zero());
+  const std::string map = boxMap();
   const auto begin = std::chrono::steady_clock::now();
   for (const char* resolution : {"1e-300", "1e-9", "1e-4", "5", "100", "1e30", "1e308"}) {
     for (const char* what : {"octomap", "occupancy"}) {
@@ -289,52 +98,9 @@ TEST_F(ExportTool, ResolutionsThatMakeNoSenseAreRefusedAtOnce) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(120));
 }
 
-TEST_F(ExportTool, OctreesOfOtherTypesAreReadOrNamed) {
-  octomap::OcTree tree(0.1);
-  octomap::ColorOcTree colours(0.1);
-  octomap::OcTreeStamped stamped(0.1);
-  for (int x = -10; x <= 10; ++x) {
-    for (int y = -10; y <= 10; ++y) {
-      for (int z = 0; z <= 5; ++z) {
-        const octomap::point3d p(0.1F * static_cast<float>(x) + 0.05F, 0.1F * static_cast<float>(y) + 0.05F,
-                                 0.1F * static_cast<float>(z) + 0.05F);
-        tree.updateNode(p, z == 0);
-        colours.updateNode(p, z == 0);
-        stamped.updateNode(p, z == 0);
-      }
-    }
-  }
-  const auto built = [this](const std::string& file) {
-    return runProcess("ttsdf_build", {"--octomap", file, "--voxel-size", "0.1", "--truncation", "0.3",
-                                      "--output", folder_ / "m.ttsdf"});
-  };
-  const auto map = [&](const octomap::AbstractOccupancyOcTree& any, const std::string& name) {
-    auto& writable = const_cast<octomap::AbstractOccupancyOcTree&>(any);
-    const std::string file = folder_ / name;
-    EXPECT_TRUE(name.find("bt") != std::string::npos ? writable.writeBinary(file) : any.write(file));
-    const ToolRun run = built(file);
-    EXPECT_EQ(run.exit_code, 0) << name << run.err;
-    return fileText(folder_ / "m.ttsdf");
-  };
-  const std::string plain = map(tree, "plain.bt");
-  EXPECT_TRUE(map(tree, "plain.ot") == plain);
-  EXPECT_TRUE(map(colours, "colours.bt") == plain);
-  EXPECT_TRUE(map(colours, "colours.ot") == plain);
-  EXPECT_TRUE(map(stamped, "stamped.ot") == plain);
-  // The file's header counts and not its name.
-  std::filesystem::rename(folder_ / "plain.ot", folder_ / "full.bt");
-  EXPECT_EQ(built(folder_ / "full.bt").exit_code, 0);
-  EXPECT_TRUE(fileText(folder_ / "m.ttsdf") == plain);
-  std::string other = fileText(folder_ / "plain.bt");
-  other.replace(other.find("id OcTree"), 9, "id CountingOcTree");
-  expectError(built(folder_.write("other.bt", other)), 1, {"other.bt", "CountingOcTree", "wanted OcTree"});
-  other.replace(other.find("id CountingOcTree"), 17, "di OcTree");
-  expectError(built(folder_.write("none.bt", other)), 1, {"none.bt", "type"});
-}
-
 TEST_F(ExportTool, FilesAreWholeAndReplaceNothingElse) {
-  const std::string map = build("box", Eigen::Vector3d::Zero());
-  const std::string before = fileText(map), other = folder_.write("other.ttsdf", before);
+  const std::string map = boxMap();
+  const std::string before = fileContent(map), other = folder_.write("other.ttsdf", before);
   const std::string folder = folder_ / "f.ply";
   std::filesystem::create_directory(folder);
   const std::string pipe = folder_ / "p.ply";
@@ -350,15 +116,15 @@ TEST_F(ExportTool, FilesAreWholeAndReplaceNothingElse) {
   expectError(runProcess("ttsdf_export", {map, "--octomap", folder_ / "t.ot"}), 1, {".bt"});
   expectError(runProcess("ttsdf_export", {map, "--surface", folder}), 1, {"f.ply", "folder"});
   expectError(runProcess("ttsdf_export", {map, "--surface", pipe}), 1, {"p.ply", "pipe"});
-  EXPECT_TRUE(fileText(map) == before);
-  EXPECT_TRUE(fileText(other) == before);
+  EXPECT_TRUE(fileContent(map) == before);
+  EXPECT_TRUE(fileContent(other) == before);
   exported({map, "--occupancy", folder_ / "a: b's #1"});
-  EXPECT_NE(fileText(folder_ / "a: b's #1.yaml").find("image: 'a: b''s #1.pgm'"), std::string::npos);
+  EXPECT_NE(fileContent(folder_ / "a: b's #1.yaml").find("image: 'a: b''s #1.pgm'"), std::string::npos);
 }
 
 TEST_F(ExportTool, TwoExportsToOneFileAreRefusedHoweverItIsSpelled) {
-  const std::string map = build("box", Eigen::Vector3d::Zero());
-  const std::string before = fileText(map);
+  const std::string map = boxMap();
+  const std::string before = fileContent(map);
   std::filesystem::create_directory(folder_ / "sub");
   std::filesystem::create_symlink(folder_ / "sub", folder_ / "link");
   std::filesystem::create_symlink("sub/new.ply", folder_ / "dangling.ply");
@@ -381,14 +147,14 @@ TEST_F(ExportTool, TwoExportsToOneFileAreRefusedHoweverItIsSpelled) {
   refused({"--surface", folder_ / "map.ply"}, {"MAP.ttsdf", "--surface", "map.ply"});
   for (const char* name : {"a.ply", "o.pgm", "o.yaml", "sub/a.ply", "sub/new.ply"})
     EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
-  EXPECT_TRUE(fileText(map) == before);
+  EXPECT_TRUE(fileContent(map) == before);
   exported(
       {map, "--surface", folder_ / "sub/o.ply", "--cloud", folder_ / "o.ply", "--occupancy", folder_ / "o"});
 }
 
 /// As map_server's image loader: the yaml's thresholds on (255 - grey) / 255, rows from the top.
 TEST_F(ExportTool, OccupancyGridsFollowTheRulesOfMapServer) {
-  const std::string map = build("box", Eigen::Vector3d::Zero());
+  const std::string map = boxMap();
   exported({map, "--occupancy", folder_ / "o", "--min-height", "-0.2", "--max-height", "0.2"});
   std::ifstream yaml(folder_ / "o.yaml");
   double resolution = 0.0, x = 0.0, y = 0.0;
@@ -431,7 +197,7 @@ TEST_F(ExportTool, OccupancyGridsFollowTheRulesOfMapServer) {
 }
 
 TEST_F(ExportTool, SlicesHoldTheDistances) {
-  const std::string map = build("box", Eigen::Vector3d::Zero());
+  const std::string map = boxMap();
   exported({map, "--slice", folder_ / "s.csv", "--height", "0.1"});
   std::ifstream csv(folder_ / "s.csv");
   std::string line;

@@ -58,7 +58,8 @@ TEST(LongRangeField, IsTheDistanceToTheSurfaceFarBeyondTheClamp) {
 }
 
 TEST(LongRangeField, AtItsSamplesIsExactToAVoxelWhateverTheirSpacing) {
-  // Distances end two voxels behind the surface, as maps have it: wide cells are not told by their corners alone.
+  // Distances end two voxels behind the surface, as maps have it: wide cells are not told by their corners
+  // alone.
   const auto map = test::denseField(clampedBall, test::roomGeometry(kVoxel));
   for (const int spacing : {1, 2, 3, 5, 6, 8, 12}) {
     LongRangeOptions options;
@@ -67,13 +68,15 @@ TEST(LongRangeField, AtItsSamplesIsExactToAVoxelWhateverTheirSpacing) {
     ASSERT_NE(field, nullptr);
     const GridGeometry& g = field->geometry();
     const Eigen::Vector3d low = map->geometry().samplePosition(Eigen::Vector3d::Zero()),
-                          high = map->geometry().samplePosition((map->geometry().dims - 1).cast<double>().matrix());
+                          high = map->geometry().samplePosition(
+                              (map->geometry().dims - 1).cast<double>().matrix());
     for (int n = 0; n < g.dims.prod(); ++n) {
       const Dims at(n % g.dims[0], n / g.dims[0] % g.dims[1], n / g.dims[0] / g.dims[1]);
       const Eigen::Vector3d p = g.samplePosition(at.cast<double>().matrix());
       if ((p.array() > high.array() + 1e-6).any() || (p.array() < low.array() - 1e-6).any()) continue;
       const FieldSamples s = field->evaluate(Eigen::Matrix3Xf(p.cast<float>()));
-      // Nearest points that are handed on from sample to sample are wrong by up to a tenth of the grid's spacing.
+      // Nearest points that are handed on from sample to sample are wrong by up to a tenth of the grid's
+      // spacing.
       EXPECT_NEAR(s.values[0], ball(p), kVoxel + 0.1 * g.voxel_size) << spacing << ": " << at.transpose();
     }
   }

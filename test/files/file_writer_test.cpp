@@ -11,7 +11,8 @@
 
 #include <csignal>
 #include <filesystem>
-#include <iterator>
+
+#include "../support/temp_folder.h"
 
 namespace ttsdf {
 namespace {
@@ -23,32 +24,16 @@ const Bytes kNew{'D', 'E', 'A', 'R', '!'};
 
 class FileWriterTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "file_writer_test_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  void put(const std::string& name, const std::string& text) const { std::ofstream(path(name)) << text; }
-  std::string text(const std::string& name) const {
-    std::ifstream in(path(name), std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-  std::size_t files() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
-  }
-  fs::path folder_;
+  std::string path(const std::string& name) const { return folder_ / name; }
+  void put(const std::string& name, const std::string& text) const { folder_.write(name, text); }
+  std::string text(const std::string& name) const { return testing::fileContent(path(name)); }
+  std::size_t files() const { return folder_.count(); }
+  testing::TempFolder folder_;
 };
 
 template <class Action>
 std::string messageOf(const Action& action) {
-  try {
-    action();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return {};
+  return testing::thrownMessage<std::exception>(action);
 }
 
 TEST_F(FileWriterTest, TakesBytesOfAnyContainerWhereTheyLie) {
@@ -66,7 +51,7 @@ TEST_F(FileWriterTest, OneTargetHasOneName) {
   fs::create_symlink("old", path("to_old"));
   fs::create_symlink("sub/new", path("dangling"));
   fs::create_symlink("circle", path("circle"));
-  const std::string home = fs::canonical(folder_).string();
+  const std::string home = fs::canonical(folder_.path()).string();
   for (const char* name : {"old", "./old", "sub/../old", "nowhere/../old", "to_old", "link/../old"})
     EXPECT_EQ(targetOf(path(name)), home + "/old") << name;
   for (const char* name : {"sub/new", "link/new", "dangling", "sub//new"})
@@ -222,7 +207,7 @@ TEST_F(FileWriterTest, ErrorsNameTheFile) {
 
 TEST_F(FileWriterTest, AMapFolderHasNoWayOut) {
   fs::create_directories(path("maps/floor"));
-  fs::create_symlink(folder_, path("maps/out"));
+  fs::create_symlink(folder_.path(), path("maps/out"));
   fs::create_symlink(path("secret"), path("maps/link"));
   fs::create_symlink("floor/a", path("maps/inner"));
   const std::string folder = path("maps");

@@ -56,7 +56,6 @@ void readAsFile(const std::uint8_t* data, std::size_t size, const std::vector<st
 
 inline const std::vector<std::string> kCloudEndings{".pcd", ".ply", ".xyz", ".csv", ".bin"};
 inline const std::vector<std::string> kMeshEndings{".ply", ".obj", ".off", ".stl"};
-inline const std::vector<std::string> kTextEndings{".txt", ".yaml"};
 /// What the layouts of frame folders consist of.
 inline const std::vector<std::string> kFrameFiles{"camera-intrinsics.txt",
                                                   "frame-000000.depth.png",

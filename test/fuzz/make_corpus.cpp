@@ -8,7 +8,7 @@
 
 #include "../map/first_form.h"
 #include "../map/room_map.h"
-#include "../ros/depth_samples.h"
+#include "../ros/messages/depth_samples.h"
 #include "files.h"
 #include "ros/messages/cloud_conversion.h"
 #include "ttsdf_localization/map/map_io.h"

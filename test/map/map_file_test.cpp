@@ -10,6 +10,7 @@
 #include <fstream>
 #include <functional>
 
+#include "../support/temp_folder.h"
 #include "room_map.h"
 
 namespace ttsdf {
@@ -19,27 +20,13 @@ namespace fs = std::filesystem;
 
 class MapFile : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "map_file_test_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& file = "room.ttsdf") const { return (folder_ / file).string(); }
-  std::size_t filesInFolder() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
-  }
-  fs::path folder_;
+  std::string path(const std::string& file = "room.ttsdf") const { return folder_ / file; }
+  std::size_t filesInFolder() const { return folder_.count(); }
+  testing::TempFolder folder_;
 };
 
 std::string messageOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "";
+  return testing::thrownMessage<std::exception>(action);
 }
 
 TEST_F(MapFile, SavedMapsAreLoadedAgain) {
@@ -118,7 +105,7 @@ TEST_F(MapFile, ErrorsNameTheFile) {
 }
 
 TEST_F(MapFile, FoldersAndPipesAreRefusedAtOnce) {
-  EXPECT_THROW(readFile(folder_.string()), std::runtime_error);
+  EXPECT_THROW(readFile(folder_.path()), std::runtime_error);
   ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
   EXPECT_THROW(readFile(path("pipe")), std::runtime_error);
 }

@@ -109,7 +109,7 @@ TEST(SearchNear, SpreadsItsStartsByTheCovariance) {
   EXPECT_LT(poseError(truth, result.T_map_sensor).rotation, 0.02);
 }
 
-// Along a wall yaw and place are nobody's guess: what a search finds there is no success.
+// One wall does not fix the place along it: what a search finds there is no success.
 TEST(SearchNear, RefusesAViewThatFixesNoPose) {
   Registration registration(roomField());
   const Eigen::Isometry3d truth = roomPose(4);  // sees one wall

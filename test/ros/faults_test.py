@@ -13,7 +13,7 @@ from dynamic_reconfigure.srv import Reconfigure
 from std_srvs.srv import Empty, SetBool, Trigger
 
 import room
-from fake_robot import SLOWER, START, FakeRobot, Recorder, RobotTestCase, Status, errors, matrix, start_tracking
+from fake_robot import SLOWER, RobotTestCase, Status, errors, matrix, start_tracking
 from ttsdf_localization.srv import LoadMap, Relocalize
 
 IN_USE = (Status.TRACKING, Status.DEGRADED, Status.PAUSED)

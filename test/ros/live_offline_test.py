@@ -5,7 +5,6 @@ out is treated alike."""
 import os
 import subprocess
 import tempfile
-import time
 import unittest
 
 import numpy as np

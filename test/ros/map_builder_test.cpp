@@ -12,6 +12,7 @@
 #include <functional>
 #include <string>
 
+#include "../support/temp_folder.h"
 #include "synthetic_scans.h"
 #include "ttsdf_localization/BuildMap.h"
 #include "ttsdf_localization/BuildProgress.h"
@@ -31,7 +32,7 @@ using ttsdf_localization::SaveMap;
 constexpr int kViews = 24;
 constexpr double kVoxelSize = 0.03;  // as map_builder.test says [m]
 
-class MapBuilder : public testing::Test {
+class MapBuilder : public ::testing::Test {
  protected:
   void SetUp() override {
     progress_subscriber_ = nh_.subscribe("builder/progress", 100, &MapBuilder::onProgress, this);
@@ -42,12 +43,7 @@ class MapBuilder : public testing::Test {
     ASSERT_TRUE(ros::service::call("builder/reset", reset));
     ASSERT_TRUE(reset.response.success);
     ASSERT_TRUE(spinUntil([this] { return progress_.received == 0; }));
-    char pattern[] = "/tmp/ttsdf_map_builder_XXXXXX";
-    ASSERT_NE(mkdtemp(pattern), nullptr);
-    folder_ = pattern;
   }
-
-  void TearDown() override { std::system(("rm -rf '" + folder_ + "'").c_str()); }
 
   void onProgress(const ttsdf_localization::BuildProgress& message) {
     progress_ = message;
@@ -113,7 +109,7 @@ class MapBuilder : public testing::Test {
   tf2_ros::TransformBroadcaster broadcaster_;
   ttsdf_localization::BuildProgress progress_;
   bool heard_progress_ = false;
-  std::string folder_;
+  testing::TempFolder folder_;
   const World world_ = makeWorld("room");
   const DepthCamera camera_{testCamera()};
 };
@@ -127,7 +123,7 @@ TEST_F(MapBuilder, RefusesToBuildFromNothing) {
 
 TEST_F(MapBuilder, BuildsTheRoomThatTheCloudsShow) {
   fuseRoom();
-  const std::string file = folder_ + "/room.ttsdf";
+  const std::string file = folder_ / "room.ttsdf";
   const BuildMap result = build([&](BuildMap::Request& request) { request.filename = file; });
   ASSERT_TRUE(result.response.success) << result.response.message;
   const auto& report = result.response.report;
@@ -221,8 +217,8 @@ TEST_F(MapBuilder, SavesAndLoads) {
   const BuildMap first = build();
   ASSERT_TRUE(first.response.success);
   SaveMap save;
-  save.request.filename = folder_ + "/first.ttsdf";
-  save.request.vdb_filename = folder_ + "/volume.vdb";
+  save.request.filename = folder_ / "first.ttsdf";
+  save.request.vdb_filename = folder_ / "volume.vdb";
   ASSERT_TRUE(ros::service::call("builder/save_map", save));
   ASSERT_TRUE(save.response.success) << save.response.message;
   EXPECT_EQ(save.response.map_id, first.response.map_id);
@@ -247,9 +243,10 @@ TEST_F(MapBuilder, RefusesBadFilesAndKeepsTheMap) {
   fuseRoom();
   const BuildMap good = build();
   ASSERT_TRUE(good.response.success);
-  const std::string bad = folder_ + "/bad.ttsdf";
+  const std::string bad = folder_ / "bad.ttsdf";
   writeFileAtomically(bad, {'n', 'o', ' ', 'm', 'a', 'p'});
-  for (const std::string& file : {bad, folder_ + "/missing.ttsdf", std::string("relative.ttsdf"), folder_}) {
+  for (const std::string& file :
+       {bad, folder_ / "missing.ttsdf", std::string("relative.ttsdf"), folder_.path()}) {
     LoadMap load;
     load.request.filename = file;
     ASSERT_TRUE(ros::service::call("builder/load_map", load));

@@ -9,10 +9,10 @@
 
 #include <csignal>
 #include <cstdlib>
-#include <fstream>
 #include <string>
 #include <vector>
 
+#include "../support/temp_folder.h"
 #include "ttsdf_localization/GetMap.h"
 #include "ttsdf_localization/QueryDistances.h"
 #include "ttsdf_localization/compression/map_writer.h"
@@ -71,29 +71,23 @@ TtSdfMap smallMap() {
   return map;
 }
 
-class MapServer : public testing::Test {
+class MapServer : public ::testing::Test {
  protected:
   void SetUp() override {
-    char pattern[] = "/tmp/ttsdf_map_server_XXXXXX";
-    ASSERT_NE(mkdtemp(pattern), nullptr);
-    folder_ = pattern;
-    output_ = folder_ + "/output.txt";
-    map_file_ = folder_ + "/map.ttsdf";
+    output_ = folder_ / "output.txt";
+    map_file_ = folder_ / "map.ttsdf";
     saveMap(smallMap(), map_file_);
   }
-  void TearDown() override { std::system(("rm -rf '" + folder_ + "'").c_str()); }
 
-  std::string output() const {
-    std::ifstream file(output_);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
+  std::string output() const { return testing::fileContent(output_); }
   std::vector<std::string> command(const std::string& argument) const {
-    std::vector<std::string> words{MAP_SERVER_NODE, "__name:=map_server", "__log:=" + folder_ + "/log"};
+    std::vector<std::string> words{MAP_SERVER_NODE, "__name:=map_server", "__log:=" + folder_.file("log")};
     if (!argument.empty()) words.insert(words.begin() + 1, argument);
     return words;
   }
 
-  std::string folder_, output_, map_file_;
+  testing::TempFolder folder_;
+  std::string output_, map_file_;
 };
 
 TEST_F(MapServer, OffersTheFileByTopicAndService) {
@@ -168,7 +162,7 @@ TEST_F(MapServer, EndsWithAnErrorForAForeignAMissingAndNoFile) {
   writeFileAtomically(map_file_, {'P', 'N', 'G'});
   EXPECT_EQ(Process(command(map_file_), output_).wait(), 1);
   EXPECT_NE(output().find(map_file_), std::string::npos) << output();
-  EXPECT_EQ(Process(command(folder_ + "/missing.ttsdf"), output_).wait(), 1);
+  EXPECT_EQ(Process(command(folder_ / "missing.ttsdf"), output_).wait(), 1);
   EXPECT_NE(output().find("missing.ttsdf"), std::string::npos) << output();
   EXPECT_EQ(Process(command(""), output_).wait(), 1);
   EXPECT_NE(output().find("map_file"), std::string::npos) << output();

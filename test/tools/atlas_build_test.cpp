@@ -17,7 +17,7 @@ void expectSameFiles(const std::string& folder, const std::string& wanted) {
   std::size_t files = 0;
   for (const auto& entry : fs::directory_iterator(wanted)) {
     const std::string name = entry.path().filename();
-    EXPECT_EQ(fileText(folder + "/" + name), fileText(entry.path())) << name;
+    EXPECT_EQ(fileContent(folder + "/" + name), fileContent(entry.path())) << name;
     ++files;
   }
   EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()),
@@ -56,7 +56,7 @@ TEST_F(AtlasBuild, MapsKeepTheViewpointsOfTheirOwnSurroundings) {
   ASSERT_EQ(made.exit_code, 0) << made.err;
   std::size_t all = 0, some = 0;
   for (const AtlasMap& entry : readAtlas(*folder_ / "small_cells").maps) {
-    const std::string bytes = fileText(*folder_ / "small_cells" + "/" + entry.file);
+    const std::string bytes = fileContent(*folder_ / "small_cells" + "/" + entry.file);
     const TtSdfMap map = deserialize(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
     ASSERT_TRUE(map.agreement.known());
     for (const ViewpointAgreement& v : map.agreement.viewpoints) {
@@ -97,8 +97,9 @@ TEST_F(AtlasBuild, ABuildThatWasStoppedGoesOn) {
             std::string::npos)
       << again.out;
   for (const AtlasMap& map : whole.maps)
-    EXPECT_EQ(fileText(folder + "/" + map.file), fileText(*folder_ / "atlas" + "/" + map.file)) << map.name;
-  EXPECT_EQ(fileText(folder + "/atlas.yaml"), fileText(*folder_ / "atlas/atlas.yaml"));
+    EXPECT_EQ(fileContent(folder + "/" + map.file), fileContent(*folder_ / "atlas" + "/" + map.file))
+        << map.name;
+  EXPECT_EQ(fileContent(folder + "/atlas.yaml"), fileContent(*folder_ / "atlas/atlas.yaml"));
   EXPECT_FALSE(fs::exists(state));
 }
 
@@ -154,7 +155,7 @@ TEST_F(AtlasBuild, WorkersAreWaitedForWhereTheStarterIgnoresThem) {
   std::string command = "trap '' CHLD; timeout 120 " + program();
   for (const std::string& word : arguments("ignored", {})) command += " '" + word + "'";
   const std::string log = *folder_ / "ignored.log";
-  ASSERT_EQ(std::system(("bash -c \"" + command + "\" > " + log + " 2>&1").c_str()), 0) << fileText(log);
+  ASSERT_EQ(std::system(("bash -c \"" + command + "\" > " + log + " 2>&1").c_str()), 0) << fileContent(log);
   expectSame("ignored");
 }
 
@@ -172,7 +173,7 @@ TEST_F(AtlasBuild, NothingIsLeftOfABuildThatIsKilled) {
                    pid + ") 2> /dev/null || exit 0; sleep 0.1; done; exit 1")
                       .c_str()),
       0)
-      << fileText(log);
+      << fileContent(log);
 }
 
 TEST_F(AtlasBuild, CommandsMakeTheSameAtlas) {
@@ -180,7 +181,7 @@ TEST_F(AtlasBuild, CommandsMakeTheSameAtlas) {
   const ToolRun run = build("by_hand", {"--commands", list});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.out.find("ttsdf_atlas finish"), std::string::npos) << run.out;
-  const std::vector<std::string> commands = linesOf(fileText(list));
+  const std::vector<std::string> commands = linesOf(fileContent(list));
   ASSERT_GE(commands.size(), 3u);
   // As an array of jobs would: in any order, each in a directory of its own.
   for (std::size_t n = commands.size(); n > 1; --n)
@@ -194,7 +195,7 @@ TEST_F(AtlasBuild, CommandsMakeTheSameAtlas) {
 
   ASSERT_EQ(build("by_make", {"--commands", makefile}).exit_code, 0);
   ASSERT_EQ(std::system(("make -s -j2 -f " + makefile + " > " + (*folder_ / "make.log")).c_str()), 0)
-      << fileText(*folder_ / "make.log");
+      << fileContent(*folder_ / "make.log");
   expectSame("by_make");
 }
 
@@ -210,7 +211,7 @@ TEST_F(AtlasBuild, ACellThatIsMadeIsNotMadeAgain) {
   EXPECT_EQ(fs::last_write_time(file), time);
 
   const std::string settings = folder + "/unfinished_build/settings.json";
-  std::string text = fileText(settings);
+  std::string text = fileContent(settings);
   ASSERT_NE(text.find("min_surface"), std::string::npos) << text;
   const std::size_t begin = text.find('"', text.find(':', text.find("min_surface"))) + 1;
   text.replace(begin, text.find('"', begin) - begin, "much");
@@ -223,12 +224,12 @@ TEST_F(AtlasBuild, ACellThatIsMadeIsNotMadeAgain) {
 TEST_F(AtlasBuild, AnAtlasThatHasAppearedIsNotWrittenOver) {
   const std::string list = *folder_ / "late.txt", folder = *folder_ / "late";
   ASSERT_EQ(build("late", {"--commands", list}).exit_code, 0);
-  for (const std::string& command : linesOf(fileText(list))) ASSERT_EQ(std::system(command.c_str()), 0);
+  for (const std::string& command : linesOf(fileContent(list))) ASSERT_EQ(std::system(command.c_str()), 0);
   folder_->write("late/atlas.yaml", "atlas: 1\nmaps: []\n");
   const ToolRun finish = run({"finish", folder});
   EXPECT_EQ(finish.exit_code, 1);
   EXPECT_NE(finish.err.find("got a folder with an atlas"), std::string::npos) << finish.err;
-  EXPECT_EQ(fileText(folder + "/atlas.yaml"), "atlas: 1\nmaps: []\n");
+  EXPECT_EQ(fileContent(folder + "/atlas.yaml"), "atlas: 1\nmaps: []\n");
 }
 
 TEST_F(AtlasBuild, FramesAreReadAsToldAndWarningsNameThisProgram) {
@@ -259,7 +260,7 @@ TEST_F(AtlasBuild, ADaskClusterMakesTheSameAtlas) {
   std::string command = "cd " + (*folder_ / "") + " && /usr/bin/python3 " + python + " " + program();
   for (const std::string& word : arguments("by_dask", {})) command += " '" + word + "'";
   ASSERT_EQ(std::system((command + " > " + (*folder_ / "dask.log") + " 2>&1").c_str()), 0)
-      << fileText(*folder_ / "dask.log");
+      << fileContent(*folder_ / "dask.log");
   expectSame("by_dask");
 }
 
@@ -284,7 +285,7 @@ TEST_F(AtlasBuild, AClusterWithoutWorkersIsSaid) {
                          script + " " + (*folder_ / "one.json") + " > " + log + " 2>&1")
                             .c_str()),
             0);
-  EXPECT_NE(fileText(log).find("failed got no worker within 1 s"), std::string::npos) << fileText(log);
+  EXPECT_NE(fileContent(log).find("failed got no worker within 1 s"), std::string::npos) << fileContent(log);
 }
 
 TEST_F(AtlasBuild, NoSchedulerIsSaid) {
@@ -356,7 +357,7 @@ TEST_F(AtlasBuild, EmptyCellsCostNothing) {
                                        "--truncation", "0.15", "--size", "1.6", "--overlap", "0.5",
                                        "--max-rank", "8", "--min-surface", "0", "--commands", list});
   ASSERT_EQ(made.exit_code, 0) << made.err;
-  const std::vector<std::string> commands = linesOf(fileText(list));
+  const std::vector<std::string> commands = linesOf(fileContent(list));
   std::size_t results = 0, parts = 0;
   for (const auto& entry : fs::directory_iterator(folder + "/unfinished_build")) {
     results += entry.path().extension() == ".result" ? 1 : 0;

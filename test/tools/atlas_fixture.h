@@ -12,7 +12,7 @@ namespace ttsdf {
 class AtlasTool : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TestFolder;
+    folder_ = new TempFolder;
     writeFrames(*folder_ / "frames", 24);
     first_ = build("atlas");
   }
@@ -55,7 +55,7 @@ class AtlasTool : public ::testing::Test {
     std::filesystem::copy(*folder_ / "atlas", *folder_ / name);
     return *folder_ / name;
   }
-  inline static TestFolder* folder_ = nullptr;
+  inline static TempFolder* folder_ = nullptr;
   inline static ToolRun first_;
 };
 

@@ -67,7 +67,7 @@ TEST_F(AtlasTool, ADamagedMapIsReplacedAndRolledBack) {
   fs::resize_file(file, 100);
   ASSERT_EQ(add(1, true).exit_code, 0);  // the same map again: the same version
   EXPECT_EQ(readAtlas(folder).find(name)->version, 2);
-  EXPECT_EQ(fileText(file), fileText(*folder_ / "atlas" + "/" + before.maps[1].file));
+  EXPECT_EQ(fileContent(file), fileContent(*folder_ / "atlas" + "/" + before.maps[1].file));
 
   fs::remove(file);
   const ToolRun third = add(0, true);
@@ -78,7 +78,7 @@ TEST_F(AtlasTool, ADamagedMapIsReplacedAndRolledBack) {
   fs::resize_file(file, 100);
   const ToolRun back = run({"rollback", folder, name});
   ASSERT_EQ(back.exit_code, 0) << back.err;
-  EXPECT_EQ(fileText(file), fileText(*folder_ / "atlas" + "/" + before.maps[0].file));
+  EXPECT_EQ(fileContent(file), fileContent(*folder_ / "atlas" + "/" + before.maps[0].file));
   EXPECT_EQ(readAtlas(folder).find(name)->version, 3);
   ASSERT_EQ(run({"remove", folder, name}).exit_code, 0);
   EXPECT_FALSE(fs::exists(folder + "/versions/" + name));
@@ -89,14 +89,14 @@ TEST_F(AtlasTool, AnInterruptedReplacementIsRolledBack) {
   const std::string folder = copy("interrupted");
   const Atlas before = readAtlas(folder);
   const AtlasMap& map = before.maps[0];
-  const std::string yaml = fileText(folder + "/atlas.yaml");
+  const std::string yaml = fileContent(folder + "/atlas.yaml");
   ASSERT_EQ(
       run({"add", folder, folder + "/" + before.maps[1].file, "--name", map.name, "--replace"}).exit_code, 0);
   std::ofstream(folder + "/atlas.yaml") << yaml;
   EXPECT_EQ(run({"check", folder}).exit_code, 1);
   const ToolRun back = run({"rollback", folder, map.name});
   ASSERT_EQ(back.exit_code, 0) << back.err;
-  EXPECT_EQ(fileText(folder + "/" + map.file), fileText(*folder_ / "atlas" + "/" + map.file));
+  EXPECT_EQ(fileContent(folder + "/" + map.file), fileContent(*folder_ / "atlas" + "/" + map.file));
   EXPECT_EQ(readAtlas(folder).find(map.name)->map_id, map.map_id);
   EXPECT_EQ(readAtlas(folder).find(map.name)->version, 1);
   EXPECT_EQ(run({"check", folder}).exit_code, 0);
@@ -116,9 +116,9 @@ TEST_F(AtlasTool, TheIndexOfPlacesFollowsTheMaps) {
   const std::string folder = copy("indexed");
   const Atlas atlas = readAtlas(folder);
   EXPECT_EQ(readPlaceIndex(folder, atlas).maps().size(), atlas.maps.size());  // build made it
-  const std::string before = fileText(folder + "/places.bin");
+  const std::string before = fileContent(folder + "/places.bin");
   ASSERT_EQ(run({"index", folder}).exit_code, 0);
-  EXPECT_EQ(fileText(folder + "/places.bin"), before);
+  EXPECT_EQ(fileContent(folder + "/places.bin"), before);
   ASSERT_EQ(run({"remove", folder, atlas.maps[0].name}).exit_code, 0);
   const ToolRun index = run({"index", folder});
   ASSERT_EQ(index.exit_code, 0) << index.err;

@@ -63,7 +63,7 @@ TEST_F(AtlasUpdate, MapsThatFramesSeeFollowTheRoomAndGoBack) {
   const ToolRun first = update(folder, "with_box");
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const Atlas after = readAtlas(folder);
-  const auto report = parseJson(fileText(*folder_ / "report.json"), "report");
+  const auto report = parseJson(fileContent(*folder_ / "report.json"), "report");
 
   // The top of the box, 0.8 m above the floor, was free and is a surface now.
   const Eigen::Vector3d top(kBox.x, kBox.y, 0.8);
@@ -96,8 +96,8 @@ TEST_F(AtlasUpdate, MapsThatFramesSeeFollowTheRoomAndGoBack) {
   ASSERT_EQ(back.exit_code, 0) << back.err;
   EXPECT_EQ(readAtlas(folder).find(name)->map_id, before.find(name)->map_id);
   EXPECT_EQ(readAtlas(folder).find(name)->version, 3);
-  EXPECT_EQ(fileText(folder + "/" + before.find(name)->file),
-            fileText(*folder_ / "atlas" + "/" + before.find(name)->file));
+  EXPECT_EQ(fileContent(folder + "/" + before.find(name)->file),
+            fileContent(*folder_ / "atlas" + "/" + before.find(name)->file));
   ASSERT_EQ(run({"rollback", folder, name, "--version", "2"}).exit_code, 0);
   EXPECT_EQ(readAtlas(folder).find(name)->map_id, after.find(name)->map_id);
   const ToolRun none = run({"rollback", folder, name, "--version", "9"});
@@ -118,12 +118,12 @@ TEST_F(AtlasUpdate, MapsThatFramesSeeFollowTheRoomAndGoBack) {
 // They fill edges and smooth, though: maps change by more than the least that counts by default.
 TEST_F(AtlasUpdate, FramesThatWereFusedBeforeRemoveAndAddNothing) {
   const std::string folder = copy("same");
-  const std::string before = fileText(folder + "/atlas.yaml");
+  const std::string before = fileContent(folder + "/atlas.yaml");
   const ToolRun same = update(folder, "frames", "2", {"--min-change", "0.15"});  // that it was built from
   ASSERT_EQ(same.exit_code, 0) << same.err;
-  const auto report = parseJson(fileText(*folder_ / "report.json"), "report");
+  const auto report = parseJson(fileContent(*folder_ / "report.json"), "report");
   EXPECT_EQ(report["maps"].size(), readAtlas(folder).maps.size());
-  EXPECT_EQ(fileText(folder + "/atlas.yaml"), before) << same.out;
+  EXPECT_EQ(fileContent(folder + "/atlas.yaml"), before) << same.out;
   for (const Json::Value& map : report["maps"]) {
     EXPECT_FALSE(map["replaced"].asBool()) << map["name"].asString();
     EXPECT_LT(map["removed"].asDouble(), 0.03) << map["name"].asString();
@@ -143,7 +143,7 @@ TEST_F(AtlasUpdate, ADamagedMapTakesNothingFromTheOthers) {
   const ToolRun one = update(folder, "with_box_too");
   EXPECT_EQ(one.exit_code, 1);
   EXPECT_NE(one.err.find("map '" + damaged + "'"), std::string::npos) << one.err;
-  const auto report = parseJson(fileText(*folder_ / "report.json"), "report");
+  const auto report = parseJson(fileContent(*folder_ / "report.json"), "report");
   ASSERT_EQ(report["failed"].size(), 1u);
   EXPECT_EQ(report["failed"][0].asString(), damaged);
   EXPECT_GE(report["maps"].size(), 1u);
@@ -161,7 +161,7 @@ TEST_F(AtlasUpdate, FramesThatCannotBeUsedAreSkipped) {
   fs::resize_file(frames + "/frame-000002.depth.png", 300);
   const ToolRun run = update(folder, "bad");
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_EQ(parseJson(fileText(*folder_ / "report.json"), "report")["skipped"].size(), 3u) << run.err;
+  EXPECT_EQ(parseJson(fileContent(*folder_ / "report.json"), "report")["skipped"].size(), 3u) << run.err;
   for (const char* name : {"frame-000001", "frame-000002", "frame-000003"})
     EXPECT_NE(run.err.find(name), std::string::npos) << run.err;
   EXPECT_NE(run.out.find("9 frames"), std::string::npos) << run.out;
@@ -169,12 +169,12 @@ TEST_F(AtlasUpdate, FramesThatCannotBeUsedAreSkipped) {
 
 TEST_F(AtlasUpdate, FramesThatContradictOneAnotherChangeNothing) {
   const std::string folder = copy("contradicting");
-  const std::string before = fileText(folder + "/atlas.yaml");
+  const std::string before = fileContent(folder + "/atlas.yaml");
   const ToolRun wrong = AtlasTool::run(
       {"update", folder, "--frames", *folder_ / "frames", "--every", "1", "--poses", "world-to-camera"});
   EXPECT_EQ(wrong.exit_code, 1);
   EXPECT_NE(wrong.err.find("--trust-frames"), std::string::npos) << wrong.err;
-  EXPECT_EQ(fileText(folder + "/atlas.yaml"), before);
+  EXPECT_EQ(fileContent(folder + "/atlas.yaml"), before);
 }
 
 TEST_F(AtlasUpdate, SaysWhatIsWrong) {

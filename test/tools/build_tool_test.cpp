@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 class BuildTool : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TestFolder;
+    folder_ = new TempFolder;
     writeFrames(*folder_ / "frames", 24);
     first_ = build("frames", "map.ttsdf", {"--report", *folder_ / "report.json"});
   }
@@ -39,10 +39,10 @@ class BuildTool : public ::testing::Test {
     return *folder_ / name;
   }
 
-  static TestFolder* folder_;
+  static TempFolder* folder_;
   static ToolRun first_;
 };
-TestFolder* BuildTool::folder_ = nullptr;
+TempFolder* BuildTool::folder_ = nullptr;
 ToolRun BuildTool::first_;
 
 TEST_F(BuildTool, MakesAMapAndAReport) {
@@ -51,7 +51,7 @@ TEST_F(BuildTool, MakesAMapAndAReport) {
   EXPECT_NEAR(map.geometry.voxel_size, 0.05, 1e-9);
   EXPECT_NEAR(map.truncation, 0.15, 1e-9);
   EXPECT_LE(map.train.rank1(), 40);
-  const auto report = parseJson(fileText(*folder_ / "report.json"), "report");
+  const auto report = parseJson(fileContent(*folder_ / "report.json"), "report");
   EXPECT_EQ(report["frames_used"].asInt(), 12);
   EXPECT_EQ(report["frames_skipped"].size(), 0u);
   EXPECT_EQ(report["file_bytes"].asUInt64(), fs::file_size(*folder_ / "map.ttsdf"));
@@ -78,7 +78,7 @@ TEST_F(BuildTool, SweepOnTheOtherFramesSucceeds) {
                                            "--methods",      "icp_plane"};
   const auto run = runProcess("ttsdf_evaluate", arguments);
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const auto lines = linesOf(fileText(log));
+  const auto lines = linesOf(fileContent(log));
   ASSERT_EQ(lines.size(), 1u + 3 * 4 * 2);
   for (const auto& line : lines) {
     const auto cells = cellsOf(line);
@@ -93,7 +93,7 @@ TEST_F(BuildTool, SweepOnTheOtherFramesSucceeds) {
   }
   EXPECT_NE(run.out.find("ours"), std::string::npos);
   EXPECT_EQ(runProcess("ttsdf_evaluate", arguments).exit_code, 0);
-  EXPECT_EQ(linesOf(fileText(log)).size(), lines.size()) << "a finished run adds nothing";
+  EXPECT_EQ(linesOf(fileContent(log)).size(), lines.size()) << "a finished run adds nothing";
 }
 
 TEST_F(BuildTool, UnreadableFramesAreSkippedNamedAndCounted) {
@@ -104,7 +104,7 @@ TEST_F(BuildTool, UnreadableFramesAreSkippedNamedAndCounted) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.err.find("frame-000002"), std::string::npos) << run.err;
   EXPECT_NE(run.err.find("frame-000004"), std::string::npos) << run.err;
-  const auto report = parseJson(fileText(*folder_ / "spoilt.json"), "report");
+  const auto report = parseJson(fileContent(*folder_ / "spoilt.json"), "report");
   ASSERT_EQ(report["frames_skipped"].size(), 2u);
   EXPECT_EQ(report["frames_skipped"][0].asString(), "frame-000002.depth.png");
   EXPECT_EQ(report["frames_used"].asInt(), 10);
@@ -162,7 +162,7 @@ TEST_F(BuildTool, FailureLeavesAnOldMapAlone) {
   const std::string old("TTSDF\r\n\x1A old", 12);
   const auto map = folder_->write("old.ttsdf", old);
   expectError(build("absent", "old.ttsdf"), 1, {"absent"});
-  EXPECT_EQ(fileText(map), old);
+  EXPECT_EQ(fileContent(map), old);
 }
 
 TEST_F(BuildTool, KeepsTheVolumeAndStartsFromIt) {

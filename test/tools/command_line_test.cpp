@@ -8,6 +8,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "ttsdf_localization/tools/printable.h"
+
 namespace ttsdf {
 namespace {
 

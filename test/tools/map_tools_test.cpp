@@ -12,7 +12,7 @@ namespace {
 class MapTools : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TestFolder;
+    folder_ = new TempFolder;
     saveMap(roomMap(), path());
   }
   static void TearDownTestSuite() {
@@ -20,9 +20,9 @@ class MapTools : public ::testing::Test {
     folder_ = nullptr;
   }
   static std::string path() { return *folder_ / "room.ttsdf"; }
-  static TestFolder* folder_;
+  static TempFolder* folder_;
 };
-TestFolder* MapTools::folder_ = nullptr;
+TempFolder* MapTools::folder_ = nullptr;
 
 TEST_F(MapTools, EveryToolExplainsItself) {
   for (const char* tool :
@@ -128,7 +128,7 @@ TEST_F(MapTools, WrongUsageIsTwoAndFailureIsOne) {
   expectError(runProcess("ttsdf_query", {path(), "--points", bad}), 1, {"bad.txt", "line 2", "x y z"});
   const auto foreign = folder_->write("foreign.ttsdf", "this is no map at all, but long enough to look at\n");
   expectError(runProcess("ttsdf_info", {foreign}), 1, {"got"});
-  const auto bytes = fileText(path());
+  const auto bytes = fileContent(path());
   const auto cut = folder_->write("cut.ttsdf", bytes.substr(0, bytes.size() / 2));
   expectError(runProcess("ttsdf_query", {cut, "--points", bad}), 1, {"got"});
 }

@@ -36,7 +36,7 @@ std::string pcd(const std::string& size, const std::string& type, const std::str
 }
 
 TEST(RegisterFormats, EveryTypeGivesThePoseOrARefusal) {
-  const TestFolder folder;
+  const TempFolder folder;
   saveMap(roomMap(), folder / "room.ttsdf");
   const auto T_map_sensor = roomSensorPose();
   const ScanPoints points = roomScan(T_map_sensor, 1500);
@@ -71,7 +71,7 @@ TEST(RegisterFormats, EveryTypeGivesThePoseOrARefusal) {
                                     "--output", folder / "out.csv"});
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_NE(run.err.find("2 of 10 entries"), std::string::npos) << run.err;
-  const auto lines = linesOf(fileText(folder / "out.csv"));
+  const auto lines = linesOf(fileContent(folder / "out.csv"));
   ASSERT_EQ(lines.size(), 1 + good.size() + refused.size());
   for (std::size_t n = 0; n < good.size(); ++n) {
     const auto cells = cellsOf(lines[n + 1]);

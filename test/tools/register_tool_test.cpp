@@ -12,7 +12,7 @@ namespace {
 class RegisterTool : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TestFolder;
+    folder_ = new TempFolder;
     saveMap(roomMap(), *folder_ / "room.ttsdf");
     const auto T_map_sensor = roomSensorPose();
     const auto points = roomScan(T_map_sensor, 1500);
@@ -35,10 +35,10 @@ class RegisterTool : public ::testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return runProcess("ttsdf_register", arguments);
   }
-  static std::vector<std::string> output() { return linesOf(fileText(*folder_ / "out.csv")); }
-  static TestFolder* folder_;
+  static std::vector<std::string> output() { return linesOf(fileContent(*folder_ / "out.csv")); }
+  static TempFolder* folder_;
 };
-TestFolder* RegisterTool::folder_ = nullptr;
+TempFolder* RegisterTool::folder_ = nullptr;
 
 TEST_F(RegisterTool, FindsThePoseInEveryModeAndVariant) {
   const std::vector<std::vector<std::string>> variants{
@@ -82,7 +82,7 @@ TEST_F(RegisterTool, ScanWithoutUsablePointsIsARowAndNoFailure) {
 TEST_F(RegisterTool, UncertaintyHasARowPerScan) {
   const std::string path = *folder_ / "uncertainty.csv";
   ASSERT_EQ(run("scan.bin prior.txt\nnan.bin prior.txt\n", {"--uncertainty", path}).exit_code, 0);
-  const auto lines = linesOf(fileText(path));
+  const auto lines = linesOf(fileContent(path));
   ASSERT_EQ(lines.size(), 3u);
   for (const auto& line : lines) EXPECT_EQ(cellsOf(line).size(), 38u) << line;
   EXPECT_EQ(cellsOf(lines[0])[37], "c55");

@@ -7,43 +7,18 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
+
+#include "../support/temp_folder.h"
 
 extern char** environ;
 
 namespace ttsdf {
 
-/// A folder of its own for a test, removed afterwards.
-class TestFolder {
- public:
-  TestFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "ttsdf_test_XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~TestFolder() { std::filesystem::remove_all(path_); }
-  TestFolder(const TestFolder&) = delete;
-  TestFolder& operator=(const TestFolder&) = delete;
-
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name, std::ios::binary) << text;
-    return *this / name;
-  }
-
- private:
-  std::filesystem::path path_;
-};
-
-inline std::string fileText(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+using testing::fileContent;
+using testing::TempFolder;
 
 struct ToolRun {
   int exit_code = -1;  ///< 128 + signal if it was killed by one
@@ -51,7 +26,7 @@ struct ToolRun {
 };
 
 inline ToolRun runProcess(const std::string& name, const std::vector<std::string>& arguments) {
-  const TestFolder folder;
+  const TempFolder folder;
   const std::string program = std::string(TTSDF_TOOL_DIR) + "/" + name, out = folder / "out",
                     err = folder / "err";
   std::vector<std::string> words{program};
@@ -75,8 +50,8 @@ inline ToolRun runProcess(const std::string& name, const std::vector<std::string
   int status = 0;
   waitpid(child, &status, 0);
   run.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  run.out = fileText(out);
-  run.err = fileText(err);
+  run.out = fileContent(out);
+  run.err = fileContent(err);
   return run;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Validators: is a registered scan believed, and if not, why.
+// Validators: is a registered scan accepted, and if not, why.
 
 #include <string>
 

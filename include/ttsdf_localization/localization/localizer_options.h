@@ -10,7 +10,7 @@
 
 namespace ttsdf {
 
-/// When a registered scan is believed.
+/// When a registered scan is accepted.
 struct GateOptions {
   double max_rms_residual = 0.0;        ///< of the inliers [m]; 0: 0.7 of the distance that makes an inlier
   double min_confidence = 0.4;          ///< of the verification, near the prior

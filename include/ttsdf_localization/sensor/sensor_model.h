@@ -12,7 +12,7 @@ struct SensorModel {
   double noise = 0.0;            ///< [m]
   double noise_linear = 0.0;     ///< [m/m]
   double noise_quadratic = 0.0;  ///< [1/m]: triangulation, whose error is a constant of inverse depth
-  double grazing_angle = 0.0;    ///< surfaces seen at less than this angle are not believed [rad]
+  double grazing_angle = 0.0;    ///< readings of surfaces seen at less than this angle are not used [rad]
   /// Readings beside depth discontinuities mix foreground and background, or fly between them.
   bool mixes_edges = false;
 

@@ -72,10 +72,6 @@ class CommandLine {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Texts of files on a terminal, as one line of UTF-8: line feeds and tabs become blanks, what else the
-/// terminal would obey and bytes that are no UTF-8 become '?'.
-std::string printable(const std::string& text);
-
 /// Runs a tool's body; errors become one line on stderr and an exit code: UsageError 2, any other
 /// exception 1.
 int runTool(const std::string& program, const std::function<int()>& body);

@@ -12,6 +12,7 @@
 #include "ros/parameters/yaml_parameters.h"
 #include "ttsdf_localization/tools/command_line.h"
 #include "ttsdf_localization/tools/json_file.h"
+#include "ttsdf_localization/tools/printable.h"
 #include "ttsdf_localization/tools/progress.h"
 
 namespace ttsdf {

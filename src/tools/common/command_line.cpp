@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "ttsdf_localization/tools/option_file.h"
+#include "ttsdf_localization/tools/printable.h"
 
 namespace ttsdf {
 
@@ -30,42 +31,6 @@ void writeRange(std::ostream& out, double min, double max, const std::vector<std
     return;
   }
   for (std::size_t i = 0; i < choices.size(); ++i) out << (i ? " | " : "") << choices[i];
-}
-
-/// Bytes of the UTF-8 character that begins at `at`; 0 where none does.
-std::size_t characterSize(const std::string& text, std::size_t at) {
-  const auto byte = [&](std::size_t n) {
-    return at + n < text.size() ? static_cast<unsigned char>(text[at + n]) : 0U;
-  };
-  const auto within = [](unsigned value, unsigned least, unsigned most) {
-    return value >= least && value <= most;
-  };
-  const unsigned first = byte(0);
-  if (first < 0x80) return 1;
-  const std::size_t size = within(first, 0xC2, 0xDF)   ? 2
-                           : within(first, 0xE0, 0xEF) ? 3
-                           : within(first, 0xF0, 0xF4) ? 4
-                                                       : 0;
-  for (std::size_t n = 1; n < size; ++n) {
-    if (!within(byte(n), 0x80, 0xBF)) return 0;
-  }
-  // Longer than needed, surrogates, beyond the last character.
-  const bool none = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xED && byte(1) > 0x9F) ||
-                    (first == 0xF0 && byte(1) < 0x90) || (first == 0xF4 && byte(1) > 0x8F);
-  return none ? 0 : size;
-}
-
-/// Terminals do something else than show it: C0 (but not the tab), DEL, C1, line ends and directions of
-/// Unicode.
-bool isObeyed(const std::string& character) {
-  if (character.size() == 1) {
-    const auto c = static_cast<unsigned char>(character[0]);
-    return (c < ' ' && c != '\t') || c == 0x7F;
-  }
-  if (character.size() == 2) return character[0] == '\xC2' && static_cast<unsigned char>(character[1]) < 0xA0;
-  const bool lines_and_directions = character >= "\xE2\x80\xA8" && character <= "\xE2\x80\xAE";
-  const bool isolates = character >= "\xE2\x81\xA6" && character <= "\xE2\x81\xA9";
-  return character.size() == 3 && (lines_and_directions || isolates);
 }
 
 }  // namespace
@@ -312,21 +277,6 @@ void CommandLine::Impl::applyFlags() {
 bool CommandLine::given(const std::string& name) const {
   const auto found = impl_->given.find(name);
   return found != impl_->given.end() && !found->second.defaulted();
-}
-
-std::string printable(const std::string& text) {
-  std::string result;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t size = characterSize(text, at);
-    const std::string character = text.substr(at, std::max<std::size_t>(size, 1));
-    if (character == "\n" || character == "\t") {
-      result += ' ';
-    } else {
-      result += size == 0 || isObeyed(character) ? "?" : character;
-    }
-    at += character.size();
-  }
-  return result;
 }
 
 int runTool(const std::string& program, const std::function<int()>& body) {

@@ -18,11 +18,11 @@
 #include <utility>
 #include <vector>
 
-#include "../support/room.h"
+#include "../../support/room.h"
+#include "../synthetic_scans.h"
 #include "fault_kinds.h"
 #include "ros/messages/cloud_conversion.h"
 #include "ros/messages/conversions.h"
-#include "synthetic_scans.h"
 #include "ttsdf_localization/LoadMap.h"
 
 namespace ttsdf {

@@ -11,11 +11,11 @@
 #include <cmath>
 #include <map>
 
-#include "../support/room.h"
-#include "../tools/tool_process.h"
+#include "../../support/room.h"
+#include "../../tools/tool_process.h"
+#include "../synthetic_scans.h"
 #include "ros/messages/cloud_conversion.h"
 #include "ros/messages/conversions.h"
-#include "synthetic_scans.h"
 
 namespace ttsdf {
 namespace {
@@ -148,7 +148,7 @@ class BagWriter {
   rosbag::Bag bag_;
 };
 
-class OfflineLocalizer : public testing::Test {
+class OfflineLocalizer : public ::testing::Test {
  protected:
   std::string bag(const Story& story) {
     const std::string path = folder_ / "run.bag";
@@ -171,7 +171,7 @@ class OfflineLocalizer : public testing::Test {
   /// Positions by scan number.
   std::map<int, Eigen::Vector3d> trajectory() {
     std::map<int, Eigen::Vector3d> positions;
-    for (const std::string& line : linesOf(fileText(folder_ / "out.tum"))) {
+    for (const std::string& line : linesOf(fileContent(folder_ / "out.tum"))) {
       std::istringstream words(line);
       double stamp = 0.0;
       Eigen::Vector3d p;
@@ -189,7 +189,7 @@ class OfflineLocalizer : public testing::Test {
     }
   }
 
-  TestFolder folder_;
+  TempFolder folder_;
 };
 
 TEST_F(OfflineLocalizer, TracksEveryScanWithOdometry) {
@@ -198,7 +198,7 @@ TEST_F(OfflineLocalizer, TracksEveryScanWithOdometry) {
   EXPECT_NE(done.out.find("scans                  40"), std::string::npos) << done.out;
   EXPECT_NE(done.out.find("times lost             0"), std::string::npos) << done.out;
   expectRightPoses(37);  // the first ones confirm the start pose
-  EXPECT_EQ(linesOf(fileText(folder_ / "out.csv")).size(), 41U);
+  EXPECT_EQ(linesOf(fileContent(folder_ / "out.csv")).size(), 41U);
 }
 
 TEST_F(OfflineLocalizer, GivesTheSameTwice) {
@@ -210,9 +210,9 @@ TEST_F(OfflineLocalizer, GivesTheSameTwice) {
     ASSERT_EQ(done.exit_code, 0) << done.err;
     EXPECT_NE(done.out.find("global localizations   1"), std::string::npos) << done.out;
   }
-  EXPECT_GT(linesOf(fileText(folder_ / "one.tum")).size(), 30U);
-  EXPECT_EQ(fileText(folder_ / "one.tum"), fileText(folder_ / "two.tum"));
-  EXPECT_EQ(fileText(folder_ / "one.csv"), fileText(folder_ / "two.csv"));
+  EXPECT_GT(linesOf(fileContent(folder_ / "one.tum")).size(), 30U);
+  EXPECT_EQ(fileContent(folder_ / "one.tum"), fileContent(folder_ / "two.tum"));
+  EXPECT_EQ(fileContent(folder_ / "one.csv"), fileContent(folder_ / "two.csv"));
 }
 
 TEST_F(OfflineLocalizer, WaitsForOdometryThatComesLate) {
@@ -228,7 +228,7 @@ TEST_F(OfflineLocalizer, BridgesTwoSecondsWithoutOdometry) {
   story.drop_out_end = 32;
   ASSERT_EQ(run(bag(story)).exit_code, 0);
   expectRightPoses(37);
-  const std::string statuses = fileText(folder_ / "out.csv");
+  const std::string statuses = fileContent(folder_ / "out.csv");
   EXPECT_NE(statuses.find("odometry is missing"), std::string::npos);
   EXPECT_EQ(statuses.find(",lost,"), std::string::npos);
 }
@@ -246,7 +246,7 @@ TEST_F(OfflineLocalizer, SaysWhichTransformIsMissing) {
   const ToolRun done = run(bag(story));
   EXPECT_EQ(done.exit_code, 3) << done.err;
   EXPECT_TRUE(trajectory().empty());
-  EXPECT_NE(fileText(folder_ / "out.csv").find("odom"), std::string::npos);
+  EXPECT_NE(fileContent(folder_ / "out.csv").find("odom"), std::string::npos);
 }
 
 TEST_F(OfflineLocalizer, SaysWhyThereIsNoPose) {
@@ -255,7 +255,7 @@ TEST_F(OfflineLocalizer, SaysWhyThereIsNoPose) {
   const ToolRun done = run(bag(story), {"--summary", folder_ / "summary.json"});
   EXPECT_EQ(done.exit_code, 3);
   EXPECT_NE(done.err.find("'camera' -> 'base_link'"), std::string::npos) << done.err;
-  const std::string summary = fileText(folder_ / "summary.json");
+  const std::string summary = fileContent(folder_ / "summary.json");
   EXPECT_NE(summary.find("\"poses\" : 0"), std::string::npos) << summary;
   EXPECT_NE(summary.find("40 of 40 scans: its transforms did not come in time"), std::string::npos)
       << summary;
@@ -265,12 +265,12 @@ TEST_F(OfflineLocalizer, WritesASummaryAndCovariances) {
   const ToolRun done =
       run(bag({}), {"--summary", folder_ / "summary.json", "--covariances", folder_ / "covariances.csv"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  const std::string summary = fileText(folder_ / "summary.json");
+  const std::string summary = fileContent(folder_ / "summary.json");
   for (const char* key :
        {"\"scans\" : 40", "\"times_lost\" : 0", "\"reason\" : \"\"", "map_memory_bytes", "median_ms"})
     EXPECT_NE(summary.find(key), std::string::npos) << key << '\n' << summary;
-  const auto lines = linesOf(fileText(folder_ / "covariances.csv"));
-  EXPECT_EQ(lines.size(), linesOf(fileText(folder_ / "out.tum")).size() + 1);
+  const auto lines = linesOf(fileContent(folder_ / "covariances.csv"));
+  EXPECT_EQ(lines.size(), linesOf(fileContent(folder_ / "out.tum")).size() + 1);
   EXPECT_EQ(lines[0].substr(0, 13), "stamp,c00,c01");
   EXPECT_EQ(std::count(lines[1].begin(), lines[1].end(), ','), 36);
 }
@@ -302,7 +302,7 @@ TEST_F(OfflineLocalizer, OtherBagsAndDamagedOnesAreNamed) {
   expectError(run(folder_.write("run.mcap", "\x89MCAP0\r\n and more bytes")), 1, {"MCAP"});
   expectError(run(folder_.write("old.bag", "#ROSBAG V1.2\n and more")), 1, {"old format"});
   expectError(run(folder_.write("none.bag", "")), 1, {"an empty file"});
-  const std::string whole = fileText(bag({}));
+  const std::string whole = fileContent(bag({}));
   for (const double share : {0.1, 0.5, 0.9, 0.999}) {
     const auto size = static_cast<std::size_t>(share * static_cast<double>(whole.size()));
     expectError(run(folder_.write("cut.bag", whole.substr(0, size))), 1, {"cut.bag", "rosbag reindex"});
@@ -342,11 +342,11 @@ TEST_F(OfflineLocalizer, RefusesBadInputAndLeavesNoHalfOutput) {
   const std::string path = bag({});
   expectError(run("/no/such.bag"), 1, {"/no/such.bag"});
   expectError(run(folder_.write("text.bag", "this is no bag")), 1, {"text.bag"});
-  expectError(run(folder_.write("cut.bag", fileText(path).substr(0, 20000))), 1, {"cut.bag"});
+  expectError(run(folder_.write("cut.bag", fileContent(path).substr(0, 20000))), 1, {"cut.bag"});
   expectError(run(path, {"--cloud", "nowhere"}), 1, {"nowhere", "camera/points"});
   expectError(run(path, {"--map", folder_.write("bad.ttsdf", "no map")}), 2, {"map"});  // given twice
   for (const char* name : {"out.tum", "out.csv", "out.tum.part"}) {
-    EXPECT_TRUE(fileText(folder_ / name).empty()) << name;
+    EXPECT_TRUE(fileContent(folder_ / name).empty()) << name;
   }
 }
 

@@ -7,7 +7,7 @@
 #include <future>
 #include <stdexcept>
 
-#include "../support/temp_folder.h"
+#include "../../support/temp_folder.h"
 #include "ttsdf_localization/atlas/atlas.h"
 
 namespace ttsdf::test {

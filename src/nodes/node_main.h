@@ -1,7 +1,11 @@
 #pragma once
-// The nodes' --help. Asked before ros::init, so that it works without a master.
+// What the mains of the nodes share: --help, which works without a master, and the life of a node that is one
+// object.
+
+#include <ros/ros.h>
 
 #include <cstring>
+#include <exception>
 #include <iostream>
 
 namespace ttsdf {
@@ -26,6 +30,23 @@ inline bool printedHelp(int argc, char** argv, const NodeHelp& help) {
     return true;
   }
   return false;
+}
+
+/// A node called `name` unless it is remapped: spins while what `make` returns is there. Exit code 1 if it
+/// does not start.
+template <class Make>
+int runNode(int argc, char** argv, const char* name, const NodeHelp& help, const Make& make) {
+  if (printedHelp(argc, argv, help)) return 0;
+  ros::init(argc, argv, name);
+  const ros::NodeHandle node, private_node("~");  // outlive the try: with the last handle the log goes too
+  try {
+    const auto running = make(node, private_node);
+    ros::spin();
+  } catch (const std::exception& error) {
+    ROS_FATAL_STREAM("does not start: " << error.what());
+    return 1;
+  }
+  return 0;
 }
 
 }  // namespace ttsdf
