@@ -86,7 +86,7 @@ def measured(tt_map, build, tools):
             if node.poll() is not None:
                 raise StepError("localization_node ended by itself")
             node.send_signal(signal.SIGINT)
-            node.wait(timeout=10)
+            node.wait(timeout=60)
             rows.append([name, *(f"{value:.1f}" for value in figures[name])])
     return markdown(["node", "resident [MB]", "of which not from files [MB]", "largest, while loading [MB]"], rows), figures
 

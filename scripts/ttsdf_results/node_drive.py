@@ -108,7 +108,7 @@ def one_run(build, tt_map, bag, environment, receipts, settled):
         return 1e3 * used / scans, ages, resident, largest, scans
     finally:
         node.send_signal(signal.SIGINT)
-        node.wait(timeout=20)
+        node.wait(timeout=60)
 
 
 def measured(nodes, bag, rounds, environment, settled):
