@@ -1,26 +1,26 @@
 #include "ros/node/localization_ros.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <utility>
 
 #include "ros/messages/conversions.h"
+#include "ros/messages/stamps.h"
 #include "ros/poses/pose_store.h"
 
 namespace ttsdf {
 
 namespace {
-constexpr double kWatchPeriod = 0.2;          // [s]
-constexpr double kTransformPatience = 1.0;    // [s] that scans may wait for transforms without a word
-constexpr double kSimulatedTfPeriod = 0.005;  // [s] of wall time: simulated time may run ten times as fast
+constexpr double kWatchPeriod = 0.2;         // [s]
+constexpr double kTransformPatience = 1.0;   // [s] that scans may wait for transforms without a word
+constexpr double kShortestTfPeriod = 0.005;  // [s] of wall time, when simulated time runs fast
+constexpr double kSlowdown = 0.8;            // of simulated time, believed from one look to the next
+constexpr double kTfPeriodSlack = 0.1;       // a timer that is set anew begins anew
 
 ros::NodeHandle onQueue(ros::NodeHandle node, ros::CallbackQueue& queue) {
   node.setCallbackQueue(&queue);
   return node;
-}
-
-ros::WallDuration tfPeriod(double rate) {
-  return ros::WallDuration(ros::Time::isSimTime() ? std::min(kSimulatedTfPeriod, 1.0 / rate) : 1.0 / rate);
 }
 }  // namespace
 
@@ -36,8 +36,10 @@ LocalizationRos::LocalizationRos(const ros::NodeHandle& node, const ros::NodeHan
       diagnostics_(node, private_node, name),
       pose_saver_(options_.start.pose_file, options_.frames.global_frame_id),
       quiet_limit_(options_.output.quiet_warning_seconds),
+      tf_rate_(options_.frames.tf_rate),
       started_(ros::WallTime::now()),
-      last_pose_saved_(started_) {
+      last_pose_saved_(started_),
+      last_look_(started_) {
   private_node.param("diagnostic_period", diagnostic_period_, diagnostic_period_);
   // Latched: who asks before the first map and scan is told what the node waits for.
   pipeline_.publishEvent(Status::REASON_NO_MAP,
@@ -134,14 +136,14 @@ void LocalizationRos::subscribe() {
 void LocalizationRos::startTimers() {
   // Wall timers: the clock may stand still or jump, and the watch has to notice.
   tf_timer_ = transform_node_.createWallTimer(
-      tfPeriod(options_.frames.tf_rate), [this](const ros::WallTimerEvent&) { pipeline_.sendTransform(); });
+      ros::WallDuration(tf_period_), [this](const ros::WallTimerEvent&) { pipeline_.sendTransform(); });
   watch_timer_ = watch_node_.createWallTimer(ros::WallDuration(kWatchPeriod),
                                              [this](const ros::WallTimerEvent&) { watch(); });
 }
 
 void LocalizationRos::applyLive(const LocalizationRosOptions& options) {
   scans_->setCloudOptions(options.cloud);
-  tf_timer_.setPeriod(tfPeriod(options.frames.tf_rate));
+  tf_rate_ = options.frames.tf_rate;
   quiet_limit_ = options.output.quiet_warning_seconds;
   pipeline_.setOptions(options);
 }
@@ -182,9 +184,27 @@ void LocalizationRos::checkClock() {
   if (clock_.clockJumpedBack(ros::Time::now())) pipeline_.timeJumpedBack("the clock went back");
 }
 
+/// `tf_rate` counts in the clock of the stamps, and simulated time may run ten times as fast as time does.
+void LocalizationRos::adjustTfTimer() {
+  const double usual = 1.0 / tf_rate_, shortest = std::min(kShortestTfPeriod, usual);
+  double period = usual;
+  if (ros::Time::isSimTime()) {
+    const ros::Time clock = ros::Time::now();
+    const ros::WallTime now = ros::WallTime::now();
+    const double speed = secondsBetween(last_clock_, clock) / std::max((now - last_look_).toSec(), 1e-3);
+    last_clock_ = clock;
+    last_look_ = now;
+    period = std::max(shortest, std::min(usual / std::max(speed, 1.0), tf_period_ / kSlowdown));
+  }
+  if (std::abs(period - tf_period_) < kTfPeriodSlack * tf_period_) return;
+  tf_period_ = period;
+  tf_timer_.setPeriod(ros::WallDuration(period));
+}
+
 void LocalizationRos::watch() {
   try {
     checkClock();
+    adjustTfTimer();
     const std::string waiting = paused_ ? std::string() : warnWhenQuiet(pipeline_.view().scans);
     pipeline_.tick(waiting);
     if (atlas_source_) {

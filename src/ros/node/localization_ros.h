@@ -54,6 +54,7 @@ class LocalizationRos {
   std::optional<PoseRequest> poseAtStart();
   void onInitialPose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& message);
   void checkClock();
+  void adjustTfTimer();
   void watch();
   /// Why scans do not get on; warns when it is time.
   std::string warnWhenQuiet(const ScanCounts& scans);
@@ -85,8 +86,11 @@ class LocalizationRos {
   ClockWatch clock_;
   std::atomic<bool> paused_{false};
   std::atomic<double> quiet_limit_;  ///< [s]
+  std::atomic<double> tf_rate_;      ///< [Hz]
   std::mutex load_mutex_;            ///< one map after the other, in the order of the requests
-  ros::WallTime started_, last_quiet_warning_, last_pose_saved_, last_diagnostics_;
+  ros::WallTime started_, last_quiet_warning_, last_pose_saved_, last_diagnostics_, last_look_;
+  ros::Time last_clock_;            ///< simulated time at the last look
+  double tf_period_ = 0.005;        ///< [s] of wall time
   double diagnostic_period_ = 1.0;  ///< [s]
   std::string diagnosed_;           ///< state and TF when diagnostics went out last
 
