@@ -32,10 +32,10 @@ inline bool printedHelp(int argc, char** argv, const NodeHelp& help) {
   return false;
 }
 
-/// A node called `name` unless it is remapped: spins while what `make` returns is there. Exit code 1 if it
-/// does not start.
+/// A node called `name` unless it is remapped: spins while what `make` returns is there. Takes the remappings
+/// out of the arguments before that. Exit code 1 if it does not start.
 template <class Make>
-int runNode(int argc, char** argv, const char* name, const NodeHelp& help, const Make& make) {
+int runNode(int& argc, char** argv, const char* name, const NodeHelp& help, const Make& make) {
   if (printedHelp(argc, argv, help)) return 0;
   ros::init(argc, argv, name);
   const ros::NodeHandle node, private_node("~");  // outlive the try: with the last handle the log goes too
