@@ -52,7 +52,8 @@ def best_without(left_out, table):
     return max(table, key=lambda value: round(mean(value), 4))  # the first of equals
 
 
-def section(option, table):
+def section(option, table, milliseconds):
+    """`milliseconds`: value -> mean of all runs; None where the value changes no run."""
     names = in_order(next(iter(table.values())))
     used = next(iter(table))
     chosen = {name: best_without(name, table) for name in names}
@@ -61,6 +62,8 @@ def section(option, table):
             [f"{chosen[name]:g}", f"{table[chosen[name]][name]:.2f}"] for name in names]
     means = [share(list(table[value].values())) for value in table]
     rows.append(["**mean**"] + [f"{mean:.3f}" for mean in means] + ["", f"{share([table[chosen[n]][n] for n in names]):.3f}"])
+    if milliseconds:
+        rows.append(["**time of a run, mean [ms]**"] + [f"{milliseconds[value]:.1f}" for value in table] + ["", ""])
     agree = sum(value == used for value in chosen.values())
     return (f"## {option}\n\nThe value in use is chosen in {agree} of {len(names)} cases.\n\n" + markdown(head, rows),
             {"agree": agree, "scenes": len(names), "means": {f"{v:g}": m for v, m in zip(table, means)}})
@@ -92,12 +95,17 @@ def main(arguments):
     tables = {option: {value: {n: worth(rows[n, f"{option}={value:g}" if k else ""]) for n in names}
                        for k, value in enumerate(values)} for option, values in RUN_AGAIN.items()}
     tables["min_confidence"] = {v: {n: worth(rows[n, ""], v) for n in names} for v in MIN_CONFIDENCE}
-    sections = {option: section(option, table) for option, table in tables.items()}
+    def mean_milliseconds(setting):
+        return share([row["cpu_ms"] for name in names for row in rows[name, setting]])
+
+    times = {option: {value: mean_milliseconds(f"{option}={value:g}" if k else "") for k, value in enumerate(values)}
+             for option, values in RUN_AGAIN.items()}
+    sections = {option: section(option, table, times.get(option)) for option, table in tables.items()}
     runs = facts.of_run("scripts/results constants --data DATA --page doc/results", ("build", "register"))
     text = ("# Constants\n\n" + facts.sentence(runs) + f"\n\nWhich values of options would be chosen with one scene left out at a "
             f"time ({len(names)} scenes, maps of rank {protocol.RANKS[-1]}, {len(rows[names[0], ''])} runs each or as many as it has "
             "scans for). A run counts 1 if its pose is right (within 5 cm) and accepted, 0 if refused, -10 if wrong and accepted; a "
-            "scene is the mean of its runs. *Worth there*: of the value chosen without the scene, on it. What is not here is derived "
+            "scene is the mean of its runs. A value that is worth a little more is not in use where its time is too much for that. *Worth there*: of the value chosen without the scene, on it. What is not here is derived "
             "from voxel size, range of the scan and noise of the sensor, not chosen; the weights of the confidence are fitted by "
             "`scripts/results fit_confidence`, each scene by the others.\n\n" + "\n\n".join(s[0] for s in sections.values()))
     print(facts.write(a.page or store.folder / "page", "constants", text, runs, {o: s[1] for o, s in sections.items()}))
