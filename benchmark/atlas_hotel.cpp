@@ -4,6 +4,7 @@
 // usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL
 //        atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS]
 //        atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]
+//        atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES MEGABYTES]
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -317,16 +318,97 @@ void whichMap(const std::string& folder, const Hotel& hotel, int count, double w
               quantile(seconds, 0.5), quantile(work, 0.5), quantile(work, 1.0));
 }
 
+/// Poses of the robot from a look round in a room on, along the tour of its storey.
+std::vector<Eigen::Isometry3d> wayFrom(const Hotel& hotel, const HotelRoom& room, double rate) {
+  const auto poses = Trajectory(hotel.tours[static_cast<std::size_t>(room.storey)], false).sample(rate);
+  const Eigen::Vector2d inside = room.door + Eigen::Vector2d(0.1, room.north ? 1.2 : -1.2);
+  const auto apart = [&](const StampedPose& pose) {
+    return (pose.T_map_base.translation().head<2>() - inside).norm();
+  };
+  auto first = std::min_element(poses.begin(), poses.end(), [&](const StampedPose& a, const StampedPose& b) {
+    return apart(a) < apart(b);
+  });
+  std::vector<Eigen::Isometry3d> way;
+  for (; first != poses.end(); ++first) way.push_back(first->T_map_base);
+  return way;
+}
+
+/// How far the robot has to drive from a room on until the atlas knows where it is, without a prior.
+void locateMoving(const std::string& folder, const Hotel& hotel, int count, double width, double metres,
+                  double megabytes) {
+  constexpr double kRate = 4.0, kRight = 50.0, kClose = 100.0;  // [1/s], [mm]
+  const DepthCamera camera = cameraOf(width);
+  const Eigen::Isometry3d mount = opticalMount({});
+  AtlasLocatorOptions options;
+  options.memory_megabytes = megabytes;
+  options.map_megabytes = 4.0;
+  AtlasLocator locator(folder, readAtlas(folder), options);
+  int right = 0, close = 0, wrong = 0, never = 0;
+  std::vector<double> ways, scans, seconds, errors, twin_ways;
+  for (int n = 0; n < count; ++n) {
+    const HotelRoom& room =
+        hotel.rooms[static_cast<std::size_t>(n) * hotel.rooms.size() / static_cast<std::size_t>(count)];
+    OdometryOptions drift;
+    drift.odometry_seed = n + 1;
+    DriftingOdometry odometry(drift);
+    locator.forgetScans();
+    double way = 0.0;
+    int used = 0;
+    bool located = false;
+    const auto poses = wayFrom(hotel, room, kRate);
+    for (std::size_t k = 0; k < poses.size() && way <= metres && !located; ++k) {
+      if (k > 0) way += (poses[k].translation() - poses[k - 1].translation()).norm();
+      const Eigen::Isometry3d truth = poses[k] * mount, T_odom_sensor = odometry.update(poses[k]) * mount;
+      const ScanPoints scan = scanOf(camera, hotel, truth, static_cast<std::uint64_t>(1000 * n) + k);
+      const double before = threadSeconds();
+      const AtlasLocation found =
+          locator.locateMoving(scan, truth.linear().transpose() * -Eigen::Vector3d::UnitZ(), T_odom_sensor);
+      const double work = threadSeconds() - before;
+      if (locator.movingScans() == used) continue;
+      used = locator.movingScans();
+      seconds.push_back(work);
+      const auto errorOf = [&](const AtlasCandidate& one) {
+        return 1e3 * poseError(truth, one.T_atlas_sensor).translation;
+      };
+      if (std::getenv("ATLAS_DRIVE_SCANS")) {
+        std::printf("%d%s scan %d, %.1f m: %s", n, isTwin(hotel, room) ? " (twin)" : "", used, way,
+                    name(found.reason));
+        for (std::size_t c = 0; c < std::min<std::size_t>(4, found.candidates.size()); ++c)
+          std::printf(", %.0f mm off %.3f/%.3f", errorOf(found.candidates[c]), found.candidates[c].score(), found.candidates[c].mean);
+        int rank = 0;
+        for (std::size_t c = found.candidates.size(); c-- > 0;) rank = errorOf(found.candidates[c]) < 300.0 ? static_cast<int>(c) + 1 : rank;
+        std::printf("; right one is %d of %zu, %.2f s\n", rank, found.candidates.size(), work);
+        std::fflush(stdout);
+      }
+      if (!found.success) continue;
+      located = true;
+      const double error = errorOf(found.candidates.front());
+      errors.push_back(error);
+      ++(error < kRight ? right : error < kClose ? close : wrong);
+      (isTwin(hotel, room) ? twin_ways : ways).push_back(way);
+      scans.push_back(used);
+    }
+    never += located ? 0 : 1;
+  }
+  std::printf("located by moving, camera of %.0f degrees, %d starts, at most %.0f m: within 5 cm %d, within 10 cm %d, "
+              "wrong %d, not at all %d\n", width, count, metres, right, close, wrong, never);
+  std::printf("  way: %.1f m (median), %.1f m (90 %%), %.1f m (most); from twins %.1f m (median), %.1f m (most)\n",
+              quantile(ways, 0.5), quantile(ways, 0.9), quantile(ways, 1.0), quantile(twin_ways, 0.5), quantile(twin_ways, 1.0));
+  std::printf("  scans: %.0f (median), %.0f (most); error %.1f mm (median); work a scan %.2f s (median), %.2f s (most)\n",
+              quantile(scans, 0.5), quantile(scans, 1.0), quantile(errors, 0.5), quantile(seconds, 0.5), quantile(seconds, 1.0));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
   const auto number = [&](int n, double otherwise) { return argc > n ? std::atof(argv[n]) : otherwise; };
-  if ((what != "volume" && what != "drive" && what != "which") || argc < 5) {
+  if ((what != "volume" && what != "drive" && what != "which" && what != "moving") || argc < 5) {
     std::fprintf(stderr,
                  "usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL\n"
                  "       atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS]\n"
-                 "       atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]\n");
+                 "       atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]\n"
+                 "       atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES MEGABYTES]\n");
     return 2;
   }
   const Hotel hotel = hotelOf(std::atoi(argv[3]), std::atoi(argv[4]));
@@ -334,6 +416,9 @@ int main(int argc, char** argv) {
     writeVolume(hotel, number(5, 0.05), argv[2]);
   } else if (what == "drive") {
     drive(argv[2], hotel, number(5, 5.0), number(6, 40.0), static_cast<int>(number(7, 0)));
+  } else if (what == "moving") {
+    locateMoving(argv[2], hotel, static_cast<int>(number(5, 40)), number(6, 60.0), number(7, 40.0),
+                 number(8, 400.0));
   } else {
     whichMap(argv[2], hotel, static_cast<int>(number(5, 40)), number(6, 60.0),
              static_cast<int>(number(7, 0)));
