@@ -18,6 +18,7 @@ constexpr double kSame = 0.3, kSameTurn = 0.15;           // one place [m], [rad
 constexpr double kStartSigma = 0.15, kStartTurn = 0.07;   // of a pose of the index [m], [rad]
 constexpr double kLeastSigma = 0.02, kLeastTurn = 0.015;  // of odometry over a short way [m], [rad]
 constexpr double kWorstScore = 0.6;    // a scan that somebody stands before refutes no place alone
+constexpr double kWorse = 0.1;         // a new place that explains the newest scan worse by this is none
 constexpr std::size_t kNamed = 16;     // candidates of an answer
 
 Matrix6d covarianceOf(double translation, double rotation) {
@@ -36,8 +37,8 @@ bool samePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 
 RegistrationOptions MovingSearchOptions::quickRegistration() {
   RegistrationOptions quick;
-  quick.max_points = 1000;
-  quick.max_iterations = 20;
+  quick.max_points = 500;
+  quick.max_iterations = 10;
   quick.restarts = 0;
   return quick;
 }
@@ -136,8 +137,8 @@ Matrix6d MovingSearch::driftOver(const Eigen::Isometry3d& T_before_after) const 
   return covarianceOf(kLeastSigma + way, kLeastTurn + way);
 }
 
-/// What a place that the newest scan showed makes of the scans before. False: they refute it.
-bool MovingSearch::lookBack(Area& area, const Scan& newest, Place& place) const {
+/// What a place that the newest scan showed makes of the scans before, until they refute it.
+void MovingSearch::lookBack(Area& area, const Scan& newest, Place& place) const {
   Place before = place;
   double lead = 0.0;
   const Scan* after = &newest;
@@ -147,23 +148,26 @@ bool MovingSearch::lookBack(Area& area, const Scan& newest, Place& place) const 
     place.scores.insert(place.scores.begin(),
                         area.align(scans_[n].points, driftOver(T_after_before), before));
     if (!places_.empty()) lead += place.scores.front() - places_.front().scores[n];
-    if (lead > options_.refuted) return false;
+    if (lead > options_.refuted) return;
   }
-  return true;
 }
 
-/// Registers the scan from the places in one map: the known ones first, then `starts` of the index.
-void MovingSearch::compare(Area& area, const Scan& scan, std::vector<Place> known, std::vector<Place> starts,
-                           std::vector<Place>& kept) const {
-  for (Place& place : known) {
-    const Eigen::Isometry3d T_before_after = scans_.back().T_odom_sensor.inverse() * scan.T_odom_sensor;
-    place.scores.push_back(area.align(scan.points, driftOver(T_before_after), place));
-    kept.push_back(std::move(place));
+/// Calls `use` for every place, those of one map together. False: cancelled.
+bool MovingSearch::inTheirMaps(const SearchedAtlas& where, std::vector<Place>& places,
+                               const ProgressCallback& progress,
+                               const std::function<void(Area& area, Place& place)>& use) {
+  std::map<std::string, std::vector<Place*>> in_map;
+  for (Place& place : places) in_map[place.map].push_back(&place);
+  double done = 0.0;
+  for (const auto& [map, here] : in_map) {
+    if (progress && !progress(done++ / static_cast<double>(in_map.size()))) return false;
+    std::vector<PlacedField> around = where.maps(map);
+    all_read_ = all_read_ && !around.empty();
+    if (around.empty()) continue;
+    Area area(std::move(around), options_.registration);
+    for (Place* const place : here) use(area, *place);
   }
-  for (Place& place : starts) {
-    place.scores.push_back(area.align(scan.points, covarianceOf(kStartSigma, kStartTurn), place));
-    if (place.scores.back() < kWorstScore && lookBack(area, scan, place)) kept.push_back(std::move(place));
-  }
+  return true;
 }
 
 AtlasLocation MovingSearch::add(const SearchedAtlas& where, const ScanPoints& points,
@@ -173,36 +177,48 @@ AtlasLocation MovingSearch::add(const SearchedAtlas& where, const ScanPoints& po
   AtlasLocation nothing;
   nothing.reason = TerminationReason::kTooFewPoints;
   if (points.array().isFinite().colwise().all().count() < options_.registration.min_points) return nothing;
-  const Scan scan{points, T_odom_sensor};
-  struct InMap {
-    std::vector<Place> known, starts;
+  const auto share = [&progress](double from, double to) {
+    return [&progress, from, to](double done) { return !progress || progress(from + (to - from) * done); };
   };
-  std::map<std::string, InMap> in_map;
-  const std::vector<Place> known = predicted(T_odom_sensor);
-  for (const Place& place : known) in_map[place.map].known.push_back(place);
-  for (Place& start : startsOf(where, scan, down_sensor, known))
-    in_map[start.map].starts.push_back(std::move(start));
-  std::vector<Place> kept;
-  double done = 0.0;
-  for (auto& [map, places] : in_map) {
-    if (progress && !progress(done++ / static_cast<double>(in_map.size()))) {
-      nothing.reason = TerminationReason::kCancelled;
-      return nothing;
-    }
-    std::vector<PlacedField> around = where.maps(map);
-    if (around.empty()) continue;
-    Area area(std::move(around), options_.registration);
-    compare(area, scan, std::move(places.known), std::move(places.starts), kept);
-  }
+  nothing.reason = TerminationReason::kCancelled;
+
+  const Scan scan{points, T_odom_sensor};
+  std::vector<Place> known = predicted(T_odom_sensor);
+  std::vector<Place> starts = startsOf(where, scan, down_sensor, known);
+  const Matrix6d of_odometry =
+                     driftOver(scans_.empty() ? Eigen::Isometry3d::Identity()
+                                              : scans_.back().T_odom_sensor.inverse() * T_odom_sensor),
+                 of_index = covarianceOf(kStartSigma, kStartTurn);
+  all_read_ = true;
+  double best = kWorstScore;
+  const auto compare = [&](const Matrix6d& covariance) {
+    return [&](Area& area, Place& place) {
+      place.scores.push_back(area.align(points, covariance, place));
+      best = std::min(best, place.scores.back());
+    };
+  };
+  if (!inTheirMaps(where, known, share(0.0, 0.3), compare(of_odometry)) ||
+      !inTheirMaps(where, starts, share(0.3, 0.6), compare(of_index)))
+    return nothing;
+  const auto refuted = [&](const Place& place) {
+    return place.scores.empty() || place.scores.back() > best + kWorse;
+  };
+  starts.erase(std::remove_if(starts.begin(), starts.end(), refuted), starts.end());
+  if (!inTheirMaps(where, starts, share(0.6, 1.0),
+                   [&](Area& area, Place& place) { lookBack(area, scan, place); }))
+    return nothing;
+  known.insert(known.end(), std::make_move_iterator(starts.begin()), std::make_move_iterator(starts.end()));
   scans_.push_back(scan);
   ++count_;
-  keep(std::move(kept));
+  keep(std::move(known));
   answer_ = decide();
   return answer_;
 }
 
 /// Sorts the places, each once, without those that are refuted.
 void MovingSearch::keep(std::vector<Place> places) {
+  const auto refuted = [&](const Place& place) { return place.scores.size() < scans_.size(); };
+  places.erase(std::remove_if(places.begin(), places.end(), refuted), places.end());
   const auto window = static_cast<std::size_t>(options_.scans);
   if (scans_.size() > window) scans_.erase(scans_.begin());
   for (Place& place : places) {
@@ -237,7 +253,7 @@ AtlasLocation MovingSearch::decide() const {
     location.reason = TerminationReason::kLowScore;
   } else if (places_.size() > 1 && places_[1].sum() - best.sum() < options_.lead) {
     location.reason = TerminationReason::kAmbiguous;
-  } else if (count_ < options_.min_scans || !best.result.success) {
+  } else if (count_ < options_.min_scans || !best.result.success || !all_read_) {
     location.reason = TerminationReason::kUnsure;
   } else {
     location.reason = TerminationReason::kConverged;

@@ -2,6 +2,7 @@
 // Which map am I in, where one scan does not say it: motion decides. Places that explain a scan are followed
 // by odometry and compared with the scans before and after, until one is left.
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -11,8 +12,8 @@
 namespace ttsdf {
 
 struct MovingSearchOptions {
-  int starts = 200;      ///< poses of the index that are tried with every scan
-  int followed = 100;    ///< places that are followed at the most
+  int starts = 120;      ///< poses of the index that are tried with every scan
+  int followed = 60;     ///< places that are followed at the most
   int scans = 10;        ///< the newest ones; places are compared by what they make of these
   double step = 0.3;     ///< a scan counts once the robot has moved so far since the last one [m] ...
   double turn = 0.35;    ///< ... or turned [rad]
@@ -44,7 +45,7 @@ class MovingSearch {
   /// The next scan of a moving robot; gravity must be known. `T_odom_sensor`: the odometry's pose of the
   /// sensor when it was taken. A scan from where the last one was taken says nothing new: the answer stays.
   /// kConverged: the first candidate is the pose. kAmbiguous: motion must go on. kLowScore: no place explains
-  /// the scans. kUnsure: too few scans yet. Where `progress` cancels, the scan is forgotten. Never throws for
+  /// the scans. kUnsure: too few scans yet, or a map that may hold them cannot be used. Where `progress` cancels, the scan is forgotten. Never throws for
   /// bad points.
   AtlasLocation add(const SearchedAtlas& where, const ScanPoints& points, const Eigen::Vector3d& down_sensor,
                     const Eigen::Isometry3d& T_odom_sensor, const ProgressCallback& progress = {});
@@ -73,9 +74,9 @@ class MovingSearch {
   std::vector<Place> startsOf(const SearchedAtlas& where, const Scan& scan,
                               const Eigen::Vector3d& down_sensor, const std::vector<Place>& known) const;
   Matrix6d driftOver(const Eigen::Isometry3d& T_before_after) const;
-  bool lookBack(Area& area, const Scan& newest, Place& place) const;
-  void compare(Area& area, const Scan& scan, std::vector<Place> known, std::vector<Place> starts,
-               std::vector<Place>& kept) const;
+  bool inTheirMaps(const SearchedAtlas& where, std::vector<Place>& places, const ProgressCallback& progress,
+                   const std::function<void(Area&, Place&)>& use);
+  void lookBack(Area& area, const Scan& newest, Place& place) const;
   void keep(std::vector<Place> places);
   AtlasLocation decide() const;
 
@@ -83,6 +84,7 @@ class MovingSearch {
   std::vector<Scan> scans_;    ///< the newest last
   std::vector<Place> places_;  ///< the best first
   int count_ = 0;
+  bool all_read_ = true;  ///< maps of all places that the newest scan was compared with
   AtlasLocation answer_;
 };
 
