@@ -3,6 +3,7 @@
 //
 // usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL
 //        atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS]
+//        atlas_hotel room ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND ROOMS]
 //        atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]
 //        atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES MEGABYTES]
 
@@ -17,6 +18,9 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
 
 #include "ttsdf_localization/atlas/atlas_loader.h"
 #include "ttsdf_localization/atlas/atlas_locator.h"
@@ -100,6 +104,43 @@ ScanPoints scanOf(const DepthCamera& camera, const Hotel& hotel, const Eigen::Is
   return toPoints(camera.render(hotel.scene, T_map_camera, frame), camera.intrinsics(), 2, 0.2, 5.0);
 }
 
+/// The newest maps, prepared in the loader's thread.
+class NewestMap {
+ public:
+  void put(PreparedMap map) {
+    auto next = std::make_optional(std::move(map));
+    const std::lock_guard<std::mutex> lock(mutex_);
+    map_.swap(next);
+  }
+  std::optional<PreparedMap> take() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return std::exchange(map_, std::nullopt);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::optional<PreparedMap> map_;
+};
+
+Eigen::Isometry3d hotelStart(const Hotel& hotel) {
+  return Trajectory(hotel.tours.front(), false).sample(1.0).front().T_map_base;
+}
+
+/// Poses of the robot from a look round in a room on, along the tour of its storey.
+std::vector<Eigen::Isometry3d> wayFrom(const Hotel& hotel, const HotelRoom& room, double rate) {
+  const auto poses = Trajectory(hotel.tours[static_cast<std::size_t>(room.storey)], false).sample(rate);
+  const Eigen::Vector2d inside = room.door + Eigen::Vector2d(0.1, room.north ? 1.2 : -1.2);
+  const auto apart = [&](const StampedPose& pose) {
+    return (pose.T_map_base.translation().head<2>() - inside).norm();
+  };
+  auto first = std::min_element(poses.begin(), poses.end(), [&](const StampedPose& a, const StampedPose& b) {
+    return apart(a) < apart(b);
+  });
+  std::vector<Eigen::Isometry3d> way;
+  for (; first != poses.end(); ++first) way.push_back(first->T_map_base);
+  return way;
+}
+
 /// Storey by storey through all rooms. Between two storeys the robot takes a lift: it is told where it gets
 /// out, to 5 cm.
 void drive(const std::string& folder, const Hotel& hotel, double rate, double megabytes, int most_rooms) {
@@ -108,16 +149,21 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
   AtlasLoaderOptions options;
   options.memory_megabytes = megabytes;
   options.map_megabytes = 4.0;
-  AtlasLoader loader(folder, readAtlas(folder), options);
   LocalizerOptions localizer_options;
   localizer_options.recovery.allow_global = false;
+  // What the simulation takes, and no robot: the scene and what rendering a scan needs.
+  scanOf(camera, hotel, hotelStart(hotel) * mount, 0);
+  const double simulation = resident();
+  NewestMap newest;
+  AtlasLoader loader(folder, readAtlas(folder), options, [&](const std::shared_ptr<const AtlasField>& field) {
+    if (field) newest.put(Localizer::prepareWith(field, field->farField(), localizer_options.registration));
+  });
   Localizer localizer(localizer_options);
   DriftingOdometry odometry;
-  std::shared_ptr<const AtlasField> field;
-  std::vector<double> errors, milliseconds, work, wants, residents;
+  std::vector<double> errors, milliseconds, work, delays, clock_delays, residents;
   int scans = 0, lost = 0, unposed = 0, exchanges = 0, behind = 0, over_budget = 0, wrong = 0;
   std::size_t most_bytes = 0, storey = 0;
-  double stamp = 100.0, length = 0.0, waited = 0.0;
+  double stamp = 100.0, length = 0.0;
   for (const auto& tour : hotel.tours) {
     std::vector<Waypoint> way = tour;
     if (most_rooms > 0) way.resize(std::min(way.size(), static_cast<std::size_t>(1 + 7 * most_rooms)));
@@ -133,34 +179,31 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
           n == 0 ? Eigen::Vector3d::Zero()
                  : Eigen::Vector3d(rate * (truth.translation() - poses[n - 1].T_map_base.translation()));
       auto begin = Clock::now();
-      const double before = threadSeconds();
+      double busy = threadSeconds();
       loader.want(truth.translation(), velocity);
-      auto newest = loader.field();
-      wants.push_back(1e3 * (threadSeconds() - before));
       if (n == 0) {
         loader.waitUntilSettled(60.0);
-        newest = loader.field();
+        begin = Clock::now(), busy = threadSeconds();
+      }
+      if (auto map = newest.take()) {
+        localizer.exchangeMap(std::move(*map));
+        ++exchanges;
+      }
+      delays.push_back(1e3 * (threadSeconds() - busy));
+      clock_delays.push_back(1e3 * since(begin));
+      if (n == 0) {
         PoseGuess guess;
         guess.T_map_base = truth;
         guess.T_map_base.translation() += Eigen::Vector3d(0.04, -0.03, 0.0);
         guess.covariance = 2.5e-3 * Matrix6d::Identity();
         localizer.setGuess(guess);
       }
-      if (newest != field) {
-        field = newest;
-        const double exchange = threadSeconds();
-        localizer.exchangeMap(
-            Localizer::prepareWith(field, field->farField(), localizer_options.registration));
-        waited = std::max(waited, 1e3 * (threadSeconds() - exchange));
-        ++exchanges;
-      }
       LocalizerScan scan;
       scan.stamp = stamp;
       scan.T_base_sensor = mount;
       scan.T_odom_base = odometry.update(truth);
       scan.points = scanOf(camera, hotel, truth * mount, static_cast<std::uint64_t>(scans));
-      begin = Clock::now();
-      const double busy = threadSeconds();
+      begin = Clock::now(), busy = threadSeconds();
       const LocalizationUpdate update = localizer.process(scan);
       milliseconds.push_back(1e3 * since(begin));
       work.push_back(1e3 * (threadSeconds() - busy));
@@ -191,16 +234,75 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
       std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, errors.size()))),
       quantile(errors, 0.5), quantile(errors, 0.99), quantile(errors, 1.0), wrong);
   std::printf(
-      "scan: %.2f ms of work (median), %.2f ms (99 %%), %.2f ms by the clock (median); loader call %.3f ms "
-      "of "
-      "work at the most, new maps put into use %.2f ms at the most\n",
-      quantile(work, 0.5), quantile(work, 0.99), quantile(milliseconds, 0.5), quantile(wants, 1.0), waited);
+      "scan: %.2f ms of work (median), %.2f ms (99 %%), %.2f ms by the clock (median); delayed by loading by "
+      "%.3f ms of work at the most, by the clock %.3f ms (99 %%), %.3f ms at the most, more than 5 ms in %d\n",
+      quantile(work, 0.5), quantile(work, 0.99), quantile(milliseconds, 0.5), quantile(delays, 1.0),
+      quantile(clock_delays, 0.99), quantile(clock_delays, 1.0),
+      static_cast<int>(std::count_if(delays.begin(), delays.end(), [](double ms) { return ms > 5.0; })));
   std::printf(
-      "%d exchanges, behind in %d scans, over the budget in %d; maps %.1f MB at most; process %.1f MB after "
-      "a "
-      "tenth, %.1f MB at the end, %.1f MB at most\n",
-      exchanges, behind, over_budget, static_cast<double>(most_bytes) / 1048576.0,
-      residents[residents.size() / 10], residents.back(), quantile(residents, 1.0));
+      "%d exchanges, behind in %d scans, over the budget in %d; maps %.1f MB at most; process %.1f MB before "
+      "the robot, %.1f MB after a tenth, %.1f MB at the end, %.1f MB at most: the robot's part is %.1f MB\n",
+      exchanges, behind, over_budget, static_cast<double>(most_bytes) / 1048576.0, simulation,
+      residents[residents.size() / 10], residents.back(), quantile(residents, 1.0),
+      quantile(residents, 1.0) - simulation);
+}
+
+/// The same scans in the maps around a room and in the one map that holds it.
+void compareWithRoom(const std::string& folder, const Hotel& hotel, double rate, int rooms) {
+  const DepthCamera camera = cameraOf(60.0);
+  const Eigen::Isometry3d mount = opticalMount({});
+  LocalizerOptions options;
+  options.recovery.allow_global = false;
+  std::vector<double> work[2], ratios;
+  for (int r = 0; r < rooms; ++r) {
+    const HotelRoom& room =
+        hotel.rooms[static_cast<std::size_t>(r) * hotel.rooms.size() / static_cast<std::size_t>(rooms)];
+    AtlasLoaderOptions loading;
+    AtlasLoader loader(folder, readAtlas(folder), loading);
+    loader.want(room.inside.center());
+    loader.waitUntilSettled(120.0);
+    const auto all = loader.field();
+    const auto deepest = std::max_element(
+        all->maps().begin(), all->maps().end(), [&](const PlacedField& a, const PlacedField& b) {
+          const auto depth = [&](const PlacedField& map) {
+            return readAtlas(folder).find(map.name)->box().depth(room.inside.center());
+          };
+          return depth(a) < depth(b);
+        });
+    const auto one = std::make_shared<const AtlasField>(std::vector<PlacedField>{*deepest});
+    Localizer localizers[2] = {Localizer(options), Localizer(options)};
+    localizers[0].setMap(Localizer::prepareWith(all, all->farField(), options.registration));
+    localizers[1].setMap(Localizer::prepareWith(one, one->farField(), options.registration));
+    bool first = true;
+    double stamp = 0.0;
+    std::uint64_t frame = 0;
+    for (const Eigen::Isometry3d& truth : wayFrom(hotel, room, rate)) {
+      if (!room.inside.contains(truth.translation())) break;
+      LocalizerScan scan;
+      scan.stamp = stamp += 1.0 / rate;
+      scan.T_base_sensor = mount;
+      scan.T_odom_base = truth;
+      scan.points = scanOf(camera, hotel, truth * mount, frame++);
+      double spent[2];
+      for (const std::size_t k : {frame % 2, 1 - frame % 2}) {
+        if (first) {
+          PoseGuess guess;
+          guess.T_map_base = truth;
+          guess.covariance = 2.5e-3 * Matrix6d::Identity();
+          localizers[k].setGuess(guess);
+        }
+        const double busy = threadSeconds();
+        localizers[k].process(scan);
+        spent[k] = 1e3 * (threadSeconds() - busy);
+        work[k].push_back(spent[k]);
+      }
+      first = false;
+      ratios.push_back(spent[0] / spent[1]);
+    }
+  }
+  std::printf("%zu scans in %d rooms: %.2f ms of work a scan in the atlas, %.2f ms in the one map that holds the "
+              "room (medians); ratio of the two %.2f (median)\n",
+              ratios.size(), rooms, quantile(work[0], 0.5), quantile(work[1], 0.5), quantile(ratios, 0.5));
 }
 
 bool isTwin(const Hotel& hotel, const HotelRoom& room) {
@@ -318,21 +420,6 @@ void whichMap(const std::string& folder, const Hotel& hotel, int count, double w
               quantile(seconds, 0.5), quantile(work, 0.5), quantile(work, 1.0));
 }
 
-/// Poses of the robot from a look round in a room on, along the tour of its storey.
-std::vector<Eigen::Isometry3d> wayFrom(const Hotel& hotel, const HotelRoom& room, double rate) {
-  const auto poses = Trajectory(hotel.tours[static_cast<std::size_t>(room.storey)], false).sample(rate);
-  const Eigen::Vector2d inside = room.door + Eigen::Vector2d(0.1, room.north ? 1.2 : -1.2);
-  const auto apart = [&](const StampedPose& pose) {
-    return (pose.T_map_base.translation().head<2>() - inside).norm();
-  };
-  auto first = std::min_element(poses.begin(), poses.end(), [&](const StampedPose& a, const StampedPose& b) {
-    return apart(a) < apart(b);
-  });
-  std::vector<Eigen::Isometry3d> way;
-  for (; first != poses.end(); ++first) way.push_back(first->T_map_base);
-  return way;
-}
-
 /// How far the robot has to drive from a room on until the atlas knows where it is, without a prior.
 void locateMoving(const std::string& folder, const Hotel& hotel, int count, double width, double metres,
                   double megabytes) {
@@ -403,10 +490,11 @@ void locateMoving(const std::string& folder, const Hotel& hotel, int count, doub
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
   const auto number = [&](int n, double otherwise) { return argc > n ? std::atof(argv[n]) : otherwise; };
-  if ((what != "volume" && what != "drive" && what != "which" && what != "moving") || argc < 5) {
+  if ((what != "volume" && what != "drive" && what != "which" && what != "moving" && what != "room") || argc < 5) {
     std::fprintf(stderr,
                  "usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL\n"
                  "       atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS]\n"
+                 "       atlas_hotel room ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND ROOMS]\n"
                  "       atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]\n"
                  "       atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES MEGABYTES]\n");
     return 2;
@@ -416,6 +504,8 @@ int main(int argc, char** argv) {
     writeVolume(hotel, number(5, 0.05), argv[2]);
   } else if (what == "drive") {
     drive(argv[2], hotel, number(5, 5.0), number(6, 40.0), static_cast<int>(number(7, 0)));
+  } else if (what == "room") {
+    compareWithRoom(argv[2], hotel, number(5, 4.0), static_cast<int>(number(6, 6)));
   } else if (what == "moving") {
     locateMoving(argv[2], hotel, static_cast<int>(number(5, 40)), number(6, 60.0), number(7, 40.0),
                  number(8, 400.0));
