@@ -350,7 +350,8 @@ void costOf(const std::string& home, const Eigen::Vector3d& viewpoint, const Sca
     Eigen::Isometry3d truth = Eigen::Isometry3d(middle.T_atlas_map.linear());
     truth.translation() = place;
     Eigen::Isometry3d prior = truth;
-    prior.translation() += 0.03 * Eigen::Vector3d(std::cos(2.4 * n), std::sin(2.4 * n), 0.3 * std::sin(7.2 * n));
+    prior.translation() +=
+        0.03 * Eigen::Vector3d(std::cos(2.4 * n), std::sin(2.4 * n), 0.3 * std::sin(7.2 * n));
     busy = threadUse().seconds;
     const RegistrationResult result = registration.align(scan, prior);
     scans.push_back(threadUse().seconds - busy);
@@ -358,10 +359,11 @@ void costOf(const std::string& home, const Eigen::Vector3d& viewpoint, const Sca
   }
   std::sort(scans.begin(), scans.end());
   std::printf(
-      "%5zu maps: atlas.yaml %.2f ms, start %.2f ms, first maps %.0f ms, look-up %.3f ms, scan %.2f ms (%d of %d "
+      "%5zu maps: atlas.yaml %.2f ms, start %.2f ms, first maps %.0f ms, look-up %.3f ms, scan %.2f ms (%d "
+      "of %d "
       "right), %zu maps in use, %.1f MB\n",
-      count, 1e3 * reading, 1e3 * starting, 1e3 * first, 1e3 * look, 1e3 * scans[scans.size() / 2], right, kScans,
-      loader.status().in_use.size(), resident() - before);
+      count, 1e3 * reading, 1e3 * starting, 1e3 * first, 1e3 * look, 1e3 * scans[scans.size() / 2], right,
+      kScans, loader.status().in_use.size(), resident() - before);
   std::fflush(stdout);
 }
 

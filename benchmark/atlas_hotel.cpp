@@ -235,7 +235,8 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
       quantile(errors, 0.5), quantile(errors, 0.99), quantile(errors, 1.0), wrong);
   std::printf(
       "scan: %.2f ms of work (median), %.2f ms (99 %%), %.2f ms by the clock (median); delayed by loading by "
-      "%.3f ms of work at the most, by the clock %.3f ms (99 %%), %.3f ms at the most, more than 5 ms in %d\n",
+      "%.3f ms of work at the most, by the clock %.3f ms (99 %%), %.3f ms at the most, more than 5 ms in "
+      "%d\n",
       quantile(work, 0.5), quantile(work, 0.99), quantile(milliseconds, 0.5), quantile(delays, 1.0),
       quantile(clock_delays, 0.99), quantile(clock_delays, 1.0),
       static_cast<int>(std::count_if(delays.begin(), delays.end(), [](double ms) { return ms > 5.0; })));
@@ -300,9 +301,10 @@ void compareWithRoom(const std::string& folder, const Hotel& hotel, double rate,
       ratios.push_back(spent[0] / spent[1]);
     }
   }
-  std::printf("%zu scans in %d rooms: %.2f ms of work a scan in the atlas, %.2f ms in the one map that holds the "
-              "room (medians); ratio of the two %.2f (median)\n",
-              ratios.size(), rooms, quantile(work[0], 0.5), quantile(work[1], 0.5), quantile(ratios, 0.5));
+  std::printf(
+      "%zu scans in %d rooms: %.2f ms of work a scan in the atlas, %.2f ms in the one map that holds the "
+      "room (medians); ratio of the two %.2f (median)\n",
+      ratios.size(), rooms, quantile(work[0], 0.5), quantile(work[1], 0.5), quantile(ratios, 0.5));
 }
 
 bool isTwin(const Hotel& hotel, const HotelRoom& room) {
@@ -461,9 +463,11 @@ void locateMoving(const std::string& folder, const Hotel& hotel, int count, doub
         std::printf("%d%s scan %d, %.1f m: %s", n, isTwin(hotel, room) ? " (twin)" : "", used, way,
                     name(found.reason));
         for (std::size_t c = 0; c < std::min<std::size_t>(4, found.candidates.size()); ++c)
-          std::printf(", %.0f mm off %.3f/%.3f", errorOf(found.candidates[c]), found.candidates[c].score(), found.candidates[c].mean);
+          std::printf(", %.0f mm off %.3f/%.3f", errorOf(found.candidates[c]), found.candidates[c].score(),
+                      found.candidates[c].mean);
         int rank = 0;
-        for (std::size_t c = found.candidates.size(); c-- > 0;) rank = errorOf(found.candidates[c]) < 300.0 ? static_cast<int>(c) + 1 : rank;
+        for (std::size_t c = found.candidates.size(); c-- > 0;)
+          rank = errorOf(found.candidates[c]) < 300.0 ? static_cast<int>(c) + 1 : rank;
         std::printf("; right one is %d of %zu, %.2f s\n", rank, found.candidates.size(), work);
         std::fflush(stdout);
       }
@@ -477,12 +481,20 @@ void locateMoving(const std::string& folder, const Hotel& hotel, int count, doub
     }
     never += located ? 0 : 1;
   }
-  std::printf("located by moving, camera of %.0f degrees, %d starts, at most %.0f m: within 5 cm %d, within 10 cm %d, "
-              "wrong %d, not at all %d\n", width, count, metres, right, close, wrong, never);
-  std::printf("  way: %.1f m (median), %.1f m (90 %%), %.1f m (most); from twins %.1f m (median), %.1f m (most)\n",
-              quantile(ways, 0.5), quantile(ways, 0.9), quantile(ways, 1.0), quantile(twin_ways, 0.5), quantile(twin_ways, 1.0));
-  std::printf("  scans: %.0f (median), %.0f (most); error %.1f mm (median); work a scan %.2f s (median), %.2f s (most)\n",
-              quantile(scans, 0.5), quantile(scans, 1.0), quantile(errors, 0.5), quantile(seconds, 0.5), quantile(seconds, 1.0));
+  std::printf(
+      "located by moving, camera of %.0f degrees, %d starts, at most %.0f m: within 5 cm %d, within 10 cm "
+      "%d, "
+      "wrong %d, not at all %d\n",
+      width, count, metres, right, close, wrong, never);
+  std::printf(
+      "  way: %.1f m (median), %.1f m (90 %%), %.1f m (most); from twins %.1f m (median), %.1f m (most)\n",
+      quantile(ways, 0.5), quantile(ways, 0.9), quantile(ways, 1.0), quantile(twin_ways, 0.5),
+      quantile(twin_ways, 1.0));
+  std::printf(
+      "  scans: %.0f (median), %.0f (most); error %.1f mm (median); work a scan %.2f s (median), %.2f s "
+      "(most)\n",
+      quantile(scans, 0.5), quantile(scans, 1.0), quantile(errors, 0.5), quantile(seconds, 0.5),
+      quantile(seconds, 1.0));
 }
 
 }  // namespace
@@ -490,13 +502,15 @@ void locateMoving(const std::string& folder, const Hotel& hotel, int count, doub
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
   const auto number = [&](int n, double otherwise) { return argc > n ? std::atof(argv[n]) : otherwise; };
-  if ((what != "volume" && what != "drive" && what != "which" && what != "moving" && what != "room") || argc < 5) {
-    std::fprintf(stderr,
-                 "usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL\n"
-                 "       atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS]\n"
-                 "       atlas_hotel room ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND ROOMS]\n"
-                 "       atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]\n"
-                 "       atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES MEGABYTES]\n");
+  if ((what != "volume" && what != "drive" && what != "which" && what != "moving" && what != "room") ||
+      argc < 5) {
+    std::fprintf(
+        stderr,
+        "usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL\n"
+        "       atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS]\n"
+        "       atlas_hotel room ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND ROOMS]\n"
+        "       atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]\n"
+        "       atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES MEGABYTES]\n");
     return 2;
   }
   const Hotel hotel = hotelOf(std::atoi(argv[3]), std::atoi(argv[4]));

@@ -99,9 +99,9 @@ class AtlasLocator::Impl {
     location.reason = TerminationReason::kCancelled;
     const double begins = index_.maps().size() == atlas_.maps.size() ? 0.0 : kIndexShare;
     if (!completeIndex([&](double done) { return !progress || progress(begins * done); })) return location;
-    location = moving_.add({atlas_, index_, [this](const std::string& name) { return mapsAround(name); }}, points,
-                           down, T_odom_sensor,
-                           [&](double done) { return !progress || progress(begins + (1.0 - begins) * done); });
+    location = moving_.add(
+        {atlas_, index_, [this](const std::string& name) { return mapsAround(name); }}, points, down,
+        T_odom_sensor, [&](double done) { return !progress || progress(begins + (1.0 - begins) * done); });
     if (location.success && index_.maps().size() < atlas_.maps.size()) {
       location.success = false;  // the scan may have been taken in a map without places
       location.reason = TerminationReason::kUnsure;

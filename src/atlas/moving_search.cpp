@@ -17,9 +17,9 @@ namespace {
 constexpr double kSame = 0.3, kSameTurn = 0.15;           // one place [m], [rad]
 constexpr double kStartSigma = 0.15, kStartTurn = 0.07;   // of a pose of the index [m], [rad]
 constexpr double kLeastSigma = 0.02, kLeastTurn = 0.015;  // of odometry over a short way [m], [rad]
-constexpr double kWorstScore = 0.6;    // a scan that somebody stands before refutes no place alone
-constexpr double kWorse = 0.1;         // a new place that explains the newest scan worse by this is none
-constexpr std::size_t kNamed = 16;     // candidates of an answer
+constexpr double kWorstScore = 0.6;  // a scan that somebody stands before refutes no place alone
+constexpr double kWorse = 0.1;       // a new place that explains the newest scan worse by this is none
+constexpr std::size_t kNamed = 16;   // candidates of an answer
 
 Matrix6d covarianceOf(double translation, double rotation) {
   Matrix6d covariance = Matrix6d::Zero();
@@ -54,10 +54,9 @@ void check(const MovingSearchOptions& options) {
         std::pair("scans", options.scans), std::pair("min_scans", options.min_scans)}) {
     wanted(name, value >= 1, value, "1 or more");
   }
-  for (const auto& [name, value] :
-       {std::pair("step", options.step), std::pair("turn", options.turn),
-        std::pair("max_score", options.max_score), std::pair("lead", options.lead),
-        std::pair("drift", options.drift)}) {
+  for (const auto& [name, value] : {std::pair("step", options.step), std::pair("turn", options.turn),
+                                    std::pair("max_score", options.max_score),
+                                    std::pair("lead", options.lead), std::pair("drift", options.drift)}) {
     wanted(name, std::isfinite(value) && value > 0.0, value, "a number above 0");
   }
   wanted("refuted", std::isfinite(options.refuted) && options.refuted >= options.lead, options.refuted,

@@ -80,10 +80,9 @@ class Twins : public ::testing::Test {
     return locator.locateMoving(seen(other, T_atlas_sensor), kDown, T_odom_sensor_);
   }
   static bool names(const AtlasLocation& location, const Eigen::Isometry3d& T) {
-    return std::any_of(location.candidates.begin(), location.candidates.end(),
-                       [&T](const AtlasCandidate& one) {
-                         return poseError(one.T_atlas_sensor, T).translation < kRight;
-                       });
+    return std::any_of(
+        location.candidates.begin(), location.candidates.end(),
+        [&T](const AtlasCandidate& one) { return poseError(one.T_atlas_sensor, T).translation < kRight; });
   }
   static TempFolder* folder;
   Atlas atlas_;
@@ -202,9 +201,10 @@ TEST_F(Twins, NothingIsAcceptedWhileAMapCannotBeRead) {
 }
 
 TEST(MovingSearch, ChecksItsOptions) {
-  for (const auto& spoil : {+[](MovingSearchOptions& o) { o.starts = 0; }, +[](MovingSearchOptions& o) { o.step = NAN; },
-                            +[](MovingSearchOptions& o) { o.lead = -0.1; },
-                            +[](MovingSearchOptions& o) { o.refuted = 0.5 * o.lead; }}) {
+  for (const auto& spoil :
+       {+[](MovingSearchOptions& o) { o.starts = 0; }, +[](MovingSearchOptions& o) { o.step = NAN; },
+        +[](MovingSearchOptions& o) { o.lead = -0.1; },
+        +[](MovingSearchOptions& o) { o.refuted = 0.5 * o.lead; }}) {
     MovingSearchOptions options;
     spoil(options);
     EXPECT_THROW(MovingSearch{options}, std::invalid_argument);

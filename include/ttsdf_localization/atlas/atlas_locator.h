@@ -41,7 +41,8 @@ class AtlasLocator {
   /// `down_sensor` all maps are searched, in the order of the atlas.
   AtlasLocation locate(const ScanPoints& points, const std::optional<Eigen::Vector3d>& down_sensor,
                        const ProgressCallback& progress = {});
-  /// The next scan of a robot that moves between them: decides where one scan alone is ambiguous (MovingSearch).
+  /// The next scan of a robot that moves between them: decides where one scan alone is ambiguous
+  /// (MovingSearch).
   AtlasLocation locateMoving(const ScanPoints& points, const Eigen::Vector3d& down_sensor,
                              const Eigen::Isometry3d& T_odom_sensor, const ProgressCallback& progress = {});
   /// Scans of locateMoving() are forgotten: the robot was carried elsewhere, or its odometry jumped.

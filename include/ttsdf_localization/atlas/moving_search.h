@@ -12,12 +12,12 @@
 namespace ttsdf {
 
 struct MovingSearchOptions {
-  int starts = 120;      ///< poses of the index that are tried with every scan
-  int followed = 60;     ///< places that are followed at the most
-  int scans = 10;        ///< the newest ones; places are compared by what they make of these
-  double step = 0.3;     ///< a scan counts once the robot has moved so far since the last one [m] ...
-  double turn = 0.35;    ///< ... or turned [rad]
-  int min_scans = 3;     ///< before a place is accepted
+  int starts = 120;         ///< poses of the index that are tried with every scan
+  int followed = 60;        ///< places that are followed at the most
+  int scans = 10;           ///< the newest ones; places are compared by what they make of these
+  double step = 0.3;        ///< a scan counts once the robot has moved so far since the last one [m] ...
+  double turn = 0.35;       ///< ... or turned [rad]
+  int min_scans = 3;        ///< before a place is accepted
   double max_score = 0.25;  ///< a worse score + blocked_ratio, mean of the scans, is refused (kLowScore)
   double lead = 0.15;    ///< the scores of all other places are worse than an accepted one's by this, in sum
   double refuted = 0.5;  ///< a place that is worse than the best by this is dropped
@@ -45,8 +45,8 @@ class MovingSearch {
   /// The next scan of a moving robot; gravity must be known. `T_odom_sensor`: the odometry's pose of the
   /// sensor when it was taken. A scan from where the last one was taken says nothing new: the answer stays.
   /// kConverged: the first candidate is the pose. kAmbiguous: motion must go on. kLowScore: no place explains
-  /// the scans. kUnsure: too few scans yet, or a map that may hold them cannot be used. Where `progress` cancels, the scan is forgotten. Never throws for
-  /// bad points.
+  /// the scans. kUnsure: too few scans yet, or a map that may hold them cannot be used. Where `progress`
+  /// cancels, the scan is forgotten. Never throws for bad points.
   AtlasLocation add(const SearchedAtlas& where, const ScanPoints& points, const Eigen::Vector3d& down_sensor,
                     const Eigen::Isometry3d& T_odom_sensor, const ProgressCallback& progress = {});
   /// The robot was carried elsewhere, or its odometry jumped: begins again.
