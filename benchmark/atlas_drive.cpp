@@ -5,6 +5,7 @@
 //        ATLAS_DRIVE_SCANS=1) atlas_drive count ATLAS_FOLDER
 
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,9 +17,12 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <stdexcept>
+#include <utility>
 
 #include "ttsdf_localization/atlas/atlas_loader.h"
 #include "ttsdf_localization/atlas/atlas_search.h"
+#include "ttsdf_localization/atlas/place_index.h"
 #include "ttsdf_localization/field/long_range_field.h"
 #include "ttsdf_localization/frames/depth_image.h"
 #include "ttsdf_localization/frames/frame_folder.h"
@@ -241,50 +245,145 @@ void whichMap(const std::string& folder, const std::string& frames_folder, int e
   std::fflush(stdout);
 }
 
-/// Copies of the first map on a square, each 7 m from the next.
-void countMaps(const std::string& folder) {
-  const Atlas source = readAtlas(folder);
-  const std::string home = std::filesystem::temp_directory_path() / "atlas_drive";
-  for (const int count : {1, 10, 100, 1000, 10000}) {
-    std::filesystem::remove_all(home);
-    std::filesystem::create_directories(home);
-    Atlas atlas;
-    const int side = static_cast<int>(std::ceil(std::sqrt(count)));
-    for (int n = 0; n < count; ++n) {
-      AtlasMap map = source.maps.front();
-      map.name = "m" + std::to_string(n);
-      map.file = map.name + ".ttsdf";
-      map.T_atlas_map.translation() += 7.0 * Eigen::Vector3d(n % side, n / side, 0.0);
-      atlas.maps.push_back(map);
+/// What a sensor at a place of a map would see in all directions, from the map itself.
+ScanPoints seenIn(const DistanceField& field, const Eigen::Vector3d& from) {
+  constexpr int kRays = 4000;
+  constexpr double kLongest = 6.0, kGolden = 2.399963;  // [m], [rad]
+  std::vector<Eigen::Vector3f> hits;
+  for (int n = 0; n < kRays; ++n) {
+    const double z = 1.0 - (2.0 * n + 1.0) / kRays, r = std::sqrt(1.0 - z * z);
+    const Eigen::Vector3d ray(r * std::cos(kGolden * n), r * std::sin(kGolden * n), z);
+    double range = 0.2, step = 1.0;
+    while (range < kLongest && step > 1e-3) {
+      const Eigen::Matrix3Xf p = (from + range * ray - field.geometry().origin).cast<float>();
+      const FieldSamples sample = field.evaluate(p);
+      if (sample.states[0] != PointState::kValid) break;
+      step = 0.8 * static_cast<double>(sample.values[0]);
+      range += std::max(step, 1e-3);
     }
-    // Only those that are driven through need files.
-    for (int n = 0; n < std::min(count, 12); ++n) {
-      std::filesystem::copy_file(mapPath(folder, source.maps.front()),
-                                 home + "/m" + std::to_string(n) + ".ttsdf");
-    }
-    writeAtlas(atlas, home);
-    auto begin = Clock::now();
-    const Atlas read = readAtlas(home);
-    const double reading = since(begin);
-    begin = Clock::now();
-    AtlasLoaderOptions options;
-    options.radius = 1.0;
-    AtlasLoader loader(home, read, options);
-    const double starting = since(begin);
-    const Eigen::Vector3d middle = read.maps.front().box().centre();
-    loader.want(middle);
-    loader.waitUntilSettled(60.0);
-    const double first = since(begin) - starting;
-    begin = Clock::now();
-    constexpr int kLooks = 200;
-    for (int n = 0; n < kLooks; ++n) {
-      loader.want(middle + Eigen::Vector3d(0.0005 * n, 0.0, 0.0));
+    if (step <= 1e-3) hits.push_back((range * ray).cast<float>());
+  }
+  ScanPoints points(3, static_cast<Eigen::Index>(hits.size()));
+  for (std::size_t n = 0; n < hits.size(); ++n) points.col(static_cast<Eigen::Index>(n)) = hits[n];
+  return points;
+}
+
+/// The place of an index from which most is seen.
+std::pair<Eigen::Vector3d, ScanPoints> viewpointIn(const AtlasMap& map, const DistanceField& field) {
+  PlaceIndex index;
+  PlacedField placed;
+  placed.name = map.name;
+  placed.field = std::shared_ptr<const DistanceField>(&field, [](const DistanceField*) {});
+  placed.far = makeLongRangeField(field);
+  index.add({placed});
+  std::pair<Eigen::Vector3d, ScanPoints> best;
+  for (const IndexedPlace& place : index.maps().front().places) {
+    const Eigen::Vector3d at = map.T_map_box * place.inBox();
+    ScanPoints points = seenIn(field, at);
+    if (points.cols() > best.second.cols()) best = {at, std::move(points)};
+  }
+  return best;
+}
+
+/// A folder with copies of a map on a square, a metre apart. The files are one file.
+void writeCopies(const Atlas& source, const std::string& folder, int count, const std::string& home) {
+  std::filesystem::remove_all(home);
+  std::filesystem::create_directories(home);
+  const AtlasMap& original = source.maps.front();
+  std::filesystem::copy_file(mapPath(folder, original), home + "/m0.ttsdf");
+  Atlas atlas;
+  const int side = static_cast<int>(std::ceil(std::sqrt(count)));
+  const Eigen::Vector3d pitch = original.box().bounds().sizes() + Eigen::Vector3d::Ones();
+  for (int n = 0; n < count; ++n) {
+    AtlasMap map = original;
+    map.name = "m" + std::to_string(n);
+    map.file = map.name + ".ttsdf";
+    map.T_atlas_map.translation() += Eigen::Vector3d(n % side, n / side, 0.0).cwiseProduct(pitch);
+    if (n > 0) std::filesystem::create_hard_link(home + "/m0.ttsdf", home + "/" + map.file);
+    atlas.maps.push_back(map);
+  }
+  writeAtlas(atlas, home);
+}
+
+/// What an atlas of copies costs a robot in the middle of it.
+void costOf(const std::string& home, const Eigen::Vector3d& viewpoint, const ScanPoints& scan) {
+  const double before = resident();
+  auto begin = Clock::now();
+  double busy = threadUse().seconds;
+  const Atlas read = readAtlas(home);
+  const double reading = threadUse().seconds - busy;
+  busy = threadUse().seconds;
+  AtlasLoader loader(home, read, AtlasLoaderOptions());
+  const double starting = threadUse().seconds - busy;
+  const std::size_t count = read.maps.size(), side = static_cast<std::size_t>(std::ceil(std::sqrt(count)));
+  const AtlasMap& middle = read.maps[std::min(count - 1, side / 2 * side + side / 2)];
+  const Eigen::Vector3d place = middle.T_atlas_map * viewpoint;
+  begin = Clock::now();
+  loader.want(place);
+  loader.waitUntilSettled(120.0);
+  const double first = since(begin);
+  constexpr int kLooks = 40, kLooksAtOnce = 25, kScans = 60;
+  rusage use{};
+  const auto processSeconds = [&use] {
+    getrusage(RUSAGE_SELF, &use);
+    const auto seconds = [](const timeval& t) {
+      return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    return seconds(use.ru_utime) + seconds(use.ru_stime);
+  };
+  std::vector<double> looks;  // of some of them the loader may load a map
+  for (int n = 0; n < kLooks; ++n) {
+    const double looking = processSeconds();
+    for (int k = 0; k < kLooksAtOnce; ++k) {
+      loader.want(place + Eigen::Vector3d(2e-5 * (kLooksAtOnce * n + k), 0.0, 0.0));
       loader.waitUntilSettled(60.0);
     }
-    std::printf(
-        "%5d maps: atlas.yaml %.0f ms, start %.2f ms, first maps %.0f ms, look-up %.3f ms, process %.1f MB\n",
-        count, 1e3 * reading, 1e3 * starting, 1e3 * first, 1e3 * since(begin) / kLooks, resident());
-    std::fflush(stdout);
+    looks.push_back((processSeconds() - looking) / kLooksAtOnce);
+  }
+  std::sort(looks.begin(), looks.end());
+  const double look = looks[looks.size() / 2];
+  const auto field = loader.field();
+  Registration registration(field, RegistrationOptions(), field->farField());
+  std::vector<double> scans;
+  int right = 0;
+  for (int n = 0; n < kScans; ++n) {
+    Eigen::Isometry3d truth = Eigen::Isometry3d(middle.T_atlas_map.linear());
+    truth.translation() = place;
+    Eigen::Isometry3d prior = truth;
+    prior.translation() +=
+        0.03 * Eigen::Vector3d(std::cos(2.4 * n), std::sin(2.4 * n), 0.3 * std::sin(7.2 * n));
+    busy = threadUse().seconds;
+    const RegistrationResult result = registration.align(scan, prior);
+    scans.push_back(threadUse().seconds - busy);
+    right += result.success && poseError(truth, result.T_map_sensor).translation < 0.01 ? 1 : 0;
+  }
+  std::sort(scans.begin(), scans.end());
+  std::printf(
+      "%5zu maps: atlas.yaml %.2f ms, start %.2f ms, first maps %.0f ms, look-up %.3f ms, scan %.2f ms (%d "
+      "of %d "
+      "right), %zu maps in use, %.1f MB\n",
+      count, 1e3 * reading, 1e3 * starting, 1e3 * first, 1e3 * look, 1e3 * scans[scans.size() / 2], right,
+      kScans, loader.status().in_use.size(), resident() - before);
+  std::fflush(stdout);
+}
+
+/// Copies of the first map; each number of them in a process of its own.
+void countMaps(const std::string& folder) {
+  const Atlas source = readAtlas(folder);
+  const std::string home =
+      std::filesystem::temp_directory_path() / ("atlas_drive_" + std::to_string(getpid()));
+  const AtlasMap& original = source.maps.front();
+  const auto [viewpoint, scan] = viewpointIn(original, *makeField(loadMap(mapPath(folder, original))));
+  for (const int count : {1, 3, 10, 30, 100, 300, 1000, 3000, 10000}) {
+    writeCopies(source, folder, count, home);
+    const pid_t child = fork();
+    if (child == 0) {
+      costOf(home, viewpoint, scan);
+      _exit(0);
+    }
+    int status = 0;
+    if (child < 0 || waitpid(child, &status, 0) != child || status != 0)
+      throw std::runtime_error("got no figures of " + std::to_string(count) + " maps");
   }
   std::filesystem::remove_all(home);
 }

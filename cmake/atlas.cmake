@@ -20,6 +20,7 @@ ttsdf_library(ttsdf_atlas
     src/atlas/place_index_file.cpp
     src/atlas/search_window.cpp
     src/atlas/atlas_search.cpp
+    src/atlas/moving_search.cpp
     src/atlas/atlas_locator.cpp
   PUBLIC ttsdf_core
   PRIVATE ttsdf_yaml ZLIB::ZLIB Threads::Threads)

@@ -21,5 +21,5 @@ target_link_libraries(field_accuracy PRIVATE
 add_executable(atlas_drive benchmark/atlas_drive.cpp)
 target_link_libraries(atlas_drive PRIVATE ttsdf_atlas ttsdf_mapping ttsdf_core ttsdf_warnings)
 
-add_executable(atlas_hotel benchmark/atlas_hotel.cpp)
+add_executable(atlas_hotel benchmark/atlas_hotel.cpp benchmark/hotel_search.cpp benchmark/hotel_benchmark.cpp)
 target_link_libraries(atlas_hotel PRIVATE ttsdf_atlas ttsdf_simulation ttsdf_mapping ttsdf_core ttsdf_warnings)

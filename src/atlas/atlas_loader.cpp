@@ -143,9 +143,12 @@ class AtlasLoader::Impl {
 
   /// Loads one map after the other until all is there, or something else is asked for.
   void serve(const Task& task) {
-    shelf_.follow(task.edition->atlas);
+    if (edition_followed_ != task.edition) {
+      shelf_.follow(task.edition->atlas);
+      forgetReplaced(task.edition->atlas);
+      edition_followed_ = task.edition;
+    }
     forgetOldFailures();
-    forgetReplaced(task.edition->atlas);
     while (!newer(task.serial)) {
       const Plan plan = choose(task);
       const auto next = nextToLoad(task, plan);
@@ -355,7 +358,7 @@ class AtlasLoader::Impl {
   std::map<std::string, std::string> useless_, used_useless_;  ///< map -> id, of files that are no such map
   std::set<std::string> used_;
   std::vector<std::pair<std::string, std::string>> used_editions_;
-  std::shared_ptr<const Edition> edition_used_;
+  std::shared_ptr<const Edition> edition_used_, edition_followed_;
   std::thread thread_;
 };
 

@@ -39,7 +39,8 @@ class AtlasLocator::Impl {
         atlas_((check(atlas), std::move(atlas))),
         options_((check(options), options)),
         neighbours_(atlas_.neighbours()),
-        keys_(placeKeys(atlas_)) {
+        keys_(placeKeys(atlas_)),
+        moving_(options.moving) {
     options_.search.maps_at_once = mapsAtOnce(options);
     for (std::size_t n = 0; n < atlas_.maps.size(); ++n) places_[atlas_.maps[n].name] = n;
   }
@@ -92,6 +93,24 @@ class AtlasLocator::Impl {
         share(begins, 1.0), unknown);
   }
 
+  AtlasLocation locateMoving(const ScanPoints& points, const Eigen::Vector3d& down,
+                             const Eigen::Isometry3d& T_odom_sensor, const ProgressCallback& progress) {
+    AtlasLocation location;
+    location.reason = TerminationReason::kCancelled;
+    const double begins = index_.maps().size() == atlas_.maps.size() ? 0.0 : kIndexShare;
+    if (!completeIndex([&](double done) { return !progress || progress(begins * done); })) return location;
+    location = moving_.add(
+        {atlas_, index_, [this](const std::string& name) { return mapsAround(name); }}, points, down,
+        T_odom_sensor, [&](double done) { return !progress || progress(begins + (1.0 - begins) * done); });
+    if (location.success && index_.maps().size() < atlas_.maps.size()) {
+      location.success = false;  // the scan may have been taken in a map without places
+      location.reason = TerminationReason::kUnsure;
+    }
+    return location;
+  }
+  void forgetScans() { moving_.clear(); }
+  int movingScans() const { return moving_.scans(); }
+
   const PlaceIndex& index() const { return index_; }
   const std::map<std::string, std::string>& failed() const { return failed_; }
   void releaseMaps() { shelf_ = MapShelf(); }
@@ -135,6 +154,7 @@ class AtlasLocator::Impl {
   const std::vector<std::uint32_t> keys_;
   std::map<std::string, std::size_t> places_;  ///< in the atlas
   PlaceIndex index_;
+  MovingSearch moving_;
   MapShelf shelf_;
   std::map<std::string, std::string> failed_;
 };
@@ -156,6 +176,13 @@ AtlasLocation AtlasLocator::locate(const ScanPoints& points,
                                    const ProgressCallback& progress) {
   return impl_->locate(points, down_sensor, progress);
 }
+AtlasLocation AtlasLocator::locateMoving(const ScanPoints& points, const Eigen::Vector3d& down_sensor,
+                                         const Eigen::Isometry3d& T_odom_sensor,
+                                         const ProgressCallback& progress) {
+  return impl_->locateMoving(points, down_sensor, T_odom_sensor, progress);
+}
+void AtlasLocator::forgetScans() { impl_->forgetScans(); }
+int AtlasLocator::movingScans() const { return impl_->movingScans(); }
 const std::map<std::string, std::string>& AtlasLocator::failed() const { return impl_->failed(); }
 void AtlasLocator::releaseMaps() { impl_->releaseMaps(); }
 

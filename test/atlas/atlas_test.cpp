@@ -1,8 +1,10 @@
 #include "ttsdf_localization/atlas/atlas.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "atlas_world.h"
 
@@ -82,6 +84,30 @@ TEST_F(AtlasFolder, KeepsItsLimits) {
   limits = {};
   limits.max_file_bytes = 10;
   EXPECT_THROW(readAtlas(folder_.path(), limits), std::runtime_error);
+}
+
+// Its text takes 25 kB a map while it is parsed.
+TEST_F(AtlasFolder, AListOfManyMapsTakesLittleMemory) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__GLIBC__)
+  GTEST_SKIP() << "freed memory is not given back";
+#else
+  constexpr std::size_t kMaps = 3000;
+  for (AtlasMap map = atlas_.maps.front(); atlas_.maps.size() < kMaps;) {
+    map.name = "m" + std::to_string(atlas_.maps.size());
+    map.file = map.name + ".ttsdf";
+    atlas_.maps.push_back(map);
+  }
+  writeAtlas(atlas_, folder_.path());
+  const auto resident = [] {
+    std::size_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages >> pages;
+    return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  };
+  const std::size_t before = resident();
+  const Atlas read = readAtlas(folder_.path());
+  ASSERT_EQ(read.maps.size(), kMaps);
+  EXPECT_LT(resident(), before + kMaps * 4000);
+#endif
 }
 
 TEST_F(AtlasFolder, NoLinkLeadsOut) {

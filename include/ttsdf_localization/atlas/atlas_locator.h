@@ -8,6 +8,7 @@
 
 #include "ttsdf_localization/atlas/atlas.h"
 #include "ttsdf_localization/atlas/atlas_search.h"
+#include "ttsdf_localization/atlas/moving_search.h"
 
 namespace ttsdf {
 
@@ -16,6 +17,7 @@ struct AtlasLocatorOptions {
   double map_megabytes = 4.0;      ///< of one (TtFieldOptions::memory_megabytes)
   MapLimits limits;                ///< of one map file
   AtlasSearchOptions search;       ///< maps_at_once is lowered to what the memory holds
+  MovingSearchOptions moving;
 };
 
 /// Not thread-safe; one search at a time.
@@ -39,6 +41,14 @@ class AtlasLocator {
   /// `down_sensor` all maps are searched, in the order of the atlas.
   AtlasLocation locate(const ScanPoints& points, const std::optional<Eigen::Vector3d>& down_sensor,
                        const ProgressCallback& progress = {});
+  /// The next scan of a robot that moves between them: decides where one scan alone is ambiguous
+  /// (MovingSearch).
+  AtlasLocation locateMoving(const ScanPoints& points, const Eigen::Vector3d& down_sensor,
+                             const Eigen::Isometry3d& T_odom_sensor, const ProgressCallback& progress = {});
+  /// Scans of locateMoving() are forgotten: the robot was carried elsewhere, or its odometry jumped.
+  void forgetScans();
+  /// Scans of locateMoving() that counted.
+  int movingScans() const;
   /// Map -> why it could not be used; "" -> why the file of the index could not.
   const std::map<std::string, std::string>& failed() const;
   /// Maps that a search keeps are let go.

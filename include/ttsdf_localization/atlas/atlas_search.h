@@ -34,6 +34,7 @@ struct AtlasCandidate {
   std::string map;
   Eigen::Isometry3d T_atlas_sensor = Eigen::Isometry3d::Identity();
   RegistrationResult result;  ///< in the atlas' frame
+  double mean = 1.0;          ///< score() of all scans that were compared, one by one (MovingSearch)
   double score() const { return result.score + result.blocked_ratio; }
 };
 
