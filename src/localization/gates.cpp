@@ -99,6 +99,13 @@ Rejection checkFitAfterSearch(const RegistrationResult& result, const GateOption
                  100.0 * result.behind_ratio, 100.0 * options.recovery_behind_ratio)};
 }
 
+Rejection checkScore(const RegistrationResult& result, double most) {
+  if (result.score <= most) return {};
+  return {RejectionReason::kLowScore,
+          format("score %.2f, at most %.2f allowed for a place found without a prior (global/max_score)",
+                 result.score, most)};
+}
+
 Rejection checkJump(const PoseError& jump, const GateOptions& options) {
   if (jump.translation <= options.max_jump_translation && jump.rotation <= options.max_jump_rotation)
     return {};

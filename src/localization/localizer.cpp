@@ -226,7 +226,8 @@ LocalizationUpdate Localizer::applyGlobal(const GlobalJob& job) {
                     job.scan().T_odom_base,
                     false,
                     "global localization",
-                    options_.recovery.confirmation_seconds};
+                    options_.recovery.confirmation_seconds,
+                    options_.global.max_score};
     guesses_.assign(1, std::move(guess));
     forgetUsualFit();
     guess_attempts_ = 0;

@@ -101,7 +101,8 @@ Rejection Localizer::searchGuesses(const LocalizerScan& scan, LocalizationUpdate
     const Prediction prediction = motion_.predict(guess, scan);
     LocalizationUpdate found =
         searchAround(scan, guess.widen ? withLeastSpread(prediction) : prediction, search);
-    const Rejection its_rejection = checkFound(found);
+    Rejection its_rejection = checkFound(found);
+    if (!its_rejection) its_rejection = checkScore(found.registration, guess.max_score);
     bool better = !best.registered || found.registration.score < best.registration.score;
     if (best.registered && !rejection != !its_rejection) {
       better = !its_rejection;  // what may be meant comes before what may not
@@ -131,9 +132,14 @@ LocalizationUpdate Localizer::tryGuesses(const LocalizerScan& scan) {
 
   const Rejection rejection = searchGuesses(scan, update);
   if (!rejection) {
-    double seconds = 0.0;
-    for (const PoseGuess& guess : guesses_) seconds = std::max(seconds, guess.confirmation_seconds);
-    return acceptFound(scan, update, seconds);
+    double seconds = 0.0, score = 0.0;
+    for (const PoseGuess& guess : guesses_) {
+      seconds = std::max(seconds, guess.confirmation_seconds);
+      score = std::max(score, guess.max_score);
+    }
+    const LocalizationUpdate accepted = acceptFound(scan, update, seconds);
+    confirming_score_ = score;
+    return accepted;
   }
   update.reason = rejection.reason;
   update.message = joined(guesses_) + ": " + rejection.message;

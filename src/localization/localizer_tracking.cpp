@@ -54,6 +54,7 @@ LocalizationUpdate Localizer::track(const LocalizerScan& scan) {
     const PoseError jump = setJump(atSensor(scan, *prior), update);
     rejection = checkFit(update.registration, options_.gates, trackingInliers());
     if (!rejection) rejection = checkJump(jump, options_.gates);
+    if (!rejection && confirming()) rejection = checkScore(update.registration, confirming_score_);
   }
   if (!rejection) rejection = checkPlausible(scan, *prior, update.registration);
   if (!rejection && returnsFromGuess(scan, update.registration)) return returnFromGuess(scan, *prior);
@@ -205,6 +206,7 @@ LocalizationUpdate Localizer::startConfirming(const LocalizerScan& scan, double 
   guess_attempts_ = rejected_in_row_ = 0;
   confirmations_left_ = options_.recovery.confirmation_scans;
   confirming_inliers_ = recoveryInliers();
+  confirming_score_ = 1.0;
   found_ = {update.T_map_base, update.covariance, scan.stamp, scan.T_odom_base, false, "pose found"};
   confirmed_from_ = seconds > 0.0 ? scan.stamp + seconds : kNeverStamp;
   if (!confirming()) return markValid(scan, update);

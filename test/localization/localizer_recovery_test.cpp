@@ -74,6 +74,32 @@ TEST(LocalizerRecovery, DoesNotConfirmAPlaceThatMovesOtherwiseThanTheOdometry) {
   EXPECT_EQ(last.state, LocalizerState::kTracking) << last.message;
 }
 
+TEST(LocalizerRecovery, APlaceFoundWithoutAPriorIsHeldToTheScoreItWasFoundBy) {
+  // Every third point lies in free space: the other ones fit, in a wrong place they might as well.
+  for (const double max_score : {1.0, 0.25}) {
+    Localizer localizer(quickOptions());
+    localizer.setMap(roomField());
+    const Walk walk;
+    PoseGuess guess = guessAt(walk.pose(0.0));
+    guess.confirmation_seconds = 0.5;
+    guess.max_score = max_score;
+    localizer.setGuess(guess);
+    bool published = false, refused = false;
+    double worst = 0.0;
+    for (int n = 0; n < 8; ++n) {
+      LocalizerScan scan = walk.scanAt(n, walk.pose(0.0));
+      for (Eigen::Index p = 0; n > 0 && p < scan.points.cols(); p += 3) scan.points.col(p) *= 0.6f;
+      const LocalizationUpdate update = localizer.process(scan);
+      published = published || update.pose_valid;
+      refused = refused || update.message.find("max_score") != std::string::npos;
+      worst = std::max(worst, update.registration.score);
+    }
+    EXPECT_GT(worst, 0.25);
+    EXPECT_EQ(published, max_score == 1.0);
+    EXPECT_EQ(refused, max_score < 1.0);
+  }
+}
+
 TEST(LocalizerRecovery, GivesUpAWrongStartPose) {
   LocalizerOptions options = quickOptions();
   options.recovery.start_attempts = 3;

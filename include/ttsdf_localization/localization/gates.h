@@ -23,6 +23,9 @@ Rejection checkFit(const RegistrationResult& result, const GateOptions& options,
 Rejection checkFitAfterSearch(const RegistrationResult& result, const GateOptions& options,
                               double min_inlier_ratio);
 
+/// Whether the score is what a place that was found without a prior has to have.
+Rejection checkScore(const RegistrationResult& result, double most);
+
 /// Distance of the pose, weighed against its prior, from that prior: what slides along a corridor is no jump.
 Rejection checkJump(const PoseError& jump, const GateOptions& options);
 

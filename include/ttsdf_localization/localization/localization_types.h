@@ -64,6 +64,7 @@ struct PoseGuess {
   bool widen = true;                  ///< apply the least spread of the recovery options (start_*_sigma)
   std::string source;                 ///< for messages: "initialpose", "start pose", ...
   double confirmation_seconds = 0.0;  ///< what is found has to hold for this long before poses are published
+  double max_score = 1.0;             ///< meanwhile, of every scan: nobody said that the camera is there
 };
 
 struct LocalizationUpdate {

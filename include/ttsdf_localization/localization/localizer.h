@@ -203,6 +203,7 @@ class Localizer {
   int guess_attempts_ = 0;
   int confirmations_left_ = 0;
   double confirming_inliers_ = 0.0;  ///< least inlier ratio meanwhile
+  double confirming_score_ = 1.0;    ///< worst score meanwhile
   PoseGuess found_;                  ///< what is confirmed
   int rejected_in_row_ = 0;
   double last_search_stamp_;
