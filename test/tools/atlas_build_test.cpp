@@ -70,7 +70,8 @@ TEST_F(AtlasBuild, MapsKeepTheViewpointsOfTheirOwnSurroundings) {
 }
 
 TEST_F(AtlasBuild, WorkersDoNotChangeTheResult) {
-  ASSERT_EQ(build("again", {"--workers", "2"}).exit_code, 0);
+  const ToolRun built = build("again", {"--workers", "2"});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
   expectSame("again");
 }
 
@@ -193,7 +194,8 @@ TEST_F(AtlasBuild, CommandsMakeTheSameAtlas) {
   ASSERT_EQ(AtlasTool::run({"finish", *folder_ / "by_hand"}).exit_code, 0);
   expectSame("by_hand");
 
-  ASSERT_EQ(build("by_make", {"--commands", makefile}).exit_code, 0);
+  const ToolRun built = build("by_make", {"--commands", makefile});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
   ASSERT_EQ(std::system(("make -s -j2 -f " + makefile + " > " + (*folder_ / "make.log")).c_str()), 0)
       << fileContent(*folder_ / "make.log");
   expectSame("by_make");
@@ -202,7 +204,8 @@ TEST_F(AtlasBuild, CommandsMakeTheSameAtlas) {
 // Rules of make are run again, and what was made stays.
 TEST_F(AtlasBuild, ACellThatIsMadeIsNotMadeAgain) {
   const std::string list = *folder_ / "twice.txt", folder = *folder_ / "twice";
-  ASSERT_EQ(build("twice", {"--commands", list}).exit_code, 0);
+  const ToolRun built = build("twice", {"--commands", list});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
   const std::string cell = readAtlas(*folder_ / "atlas").maps[0].name, file = folder + "/" + cell + ".ttsdf";
   ASSERT_EQ(run({"cell", folder, cell}).exit_code, 0);
   const auto time = fs::last_write_time(file) - std::chrono::hours(1);
@@ -223,7 +226,8 @@ TEST_F(AtlasBuild, ACellThatIsMadeIsNotMadeAgain) {
 
 TEST_F(AtlasBuild, AnAtlasThatHasAppearedIsNotWrittenOver) {
   const std::string list = *folder_ / "late.txt", folder = *folder_ / "late";
-  ASSERT_EQ(build("late", {"--commands", list}).exit_code, 0);
+  const ToolRun built = build("late", {"--commands", list});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
   for (const std::string& command : linesOf(fileContent(list))) ASSERT_EQ(std::system(command.c_str()), 0);
   folder_->write("late/atlas.yaml", "atlas: 1\nmaps: []\n");
   const ToolRun finish = run({"finish", folder});

@@ -50,8 +50,10 @@ struct RegistrationOptions {
   double degenerate_threshold = 0.0003;  ///< directions with less information are reported as degenerate
   bool check_facing = true;  ///< points behind a mapped surface, as the scan sees it, carry no information
   bool long_range = true;    ///< pull scans in by a coarse distance field made from the map when it is loaded
-  int restarts = 32;  ///< further starts around the prior when the first ones explain the scan badly ...
-  double restart_score = 0.25;  ///< ... that is, with a score above this; 0 restarts: none
+  /// Further starts around the prior when the first ones explain the scan badly, and before it is given up;
+  /// 0: none.
+  int restarts = 32;
+  double restart_score = 0.25;  ///< a score above this explains it badly
   std::string sensor =
       "kinect";  ///< how points are weighed over range (sensor/sensor_model.h); method robust
   int min_points = 50;

@@ -15,7 +15,7 @@ namespace {
 constexpr double kWatchPeriod = 0.2;         // [s]
 constexpr double kTransformPatience = 1.0;   // [s] that scans may wait for transforms without a word
 constexpr double kShortestTfPeriod = 0.005;  // [s] of wall time, when simulated time runs fast
-constexpr double kSlowdown = 0.8;            // of simulated time, believed from one look to the next
+constexpr double kSlowdown = 0.8;            // of simulated time, at the most, from one look to the next
 constexpr double kTfPeriodSlack = 0.1;       // a timer that is set anew begins anew
 
 ros::NodeHandle onQueue(ros::NodeHandle node, ros::CallbackQueue& queue) {
