@@ -72,8 +72,8 @@ FIXED = """
 - **Trajectories depend on the processor.** In the building at 30 Hz without odometry commit 6a2d401 published no pose on one
   processor (Intel Xeon) and 27 on another (AMD EPYC), 9 of them wrong. The likely cause: kernels are compiled for several
   instruction sets, whose sums differ in their last digits, and without odometry each pose decides on the next guess.
-- **Scans that are refused take longest.** They are tried again from many places: in the building with the default memory one scan
-  in a hundred takes more than 0.1 s, four times as long as before restarts near the prior ([memory](memory.md#other-places)).
+- **Scans that are refused take longest.** They are tried again from many places: in the building with the default memory the
+  slowest scans take 0.12 s, where most take 6 ms ([memory](memory.md#other-places)).
 - **Rooms that look alike.** In a simulated hotel hardly any scan without a prior is located: most are called ambiguous,
   also in rooms that have no twin ([scale](../scale.md#without-a-prior)).
 """
