@@ -235,8 +235,10 @@ bool tryOneTrajectory(const fs::path& folder, const FrameFolderOptions& options,
     useKnownIntrinsics(layout, {481.2, -480.0, 319.5, 239.5}, {640, 480}, "ICL-NUIM");
     layout.quaternions = true;
     std::map<int, Eigen::Isometry3d> poses;
-    for (const StampedPose& pose : readStampedPoses(file.string(), options))
-      poses[static_cast<int>(std::lround(pose.stamp))] = pose.T;
+    for (const StampedPose& pose : readStampedPoses(file.string(), options)) {
+      // Beyond that no image has a number.
+      if (std::abs(pose.stamp) < 1e9) poses[static_cast<int>(std::lround(pose.stamp))] = pose.T;
+    }
     layout.images = images.size();
     for (std::size_t n = 0; n < images.size(); ++n) {
       const auto pose = poses.find(images[n].number);

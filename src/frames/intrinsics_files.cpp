@@ -1,6 +1,7 @@
 #include "intrinsics_files.h"
 
 #include <algorithm>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
 
@@ -11,6 +12,8 @@ namespace ttsdf {
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr double kMaxSide = 65535.0;  // of a side of an image
 
 /// Numbers behind a key of a text in any notation: "fx": 600.0 or fx = 600, "intrinsic_matrix": [ ... ].
 std::vector<double> numbersBehind(const std::string& text, const std::string& key, std::size_t count) {
@@ -34,6 +37,17 @@ std::string textOf(const fs::path& path) {
   return {file.begin(), std::min<std::size_t>(file.size(), 1 << 16)};
 }
 
+/// The image size that a file of intrinsics names; 0: it names none. Throws std::runtime_error for what is no
+/// size.
+Eigen::Array2i checkedSize(const fs::path& path, double width, double height) {
+  const auto valid = [](double pixels) { return pixels >= 0.0 && pixels <= kMaxSide; };
+  if (valid(width) && valid(height)) return {static_cast<int>(width), static_cast<int>(height)};
+  std::ostringstream text;
+  text << "camera intrinsics '" << path.string() << "': got an image size of " << width << " x " << height
+       << ", wanted at most " << kMaxSide << " pixels a side";
+  throw std::runtime_error(text.str());
+}
+
 /// The json of Open3D (column by column) and that of Replica. False if it says nothing of the kind.
 bool readCameraJson(const fs::path& path, FrameLayout& layout) {
   const std::string text = textOf(path);
@@ -44,10 +58,10 @@ bool readCameraJson(const fs::path& path, FrameLayout& layout) {
   const auto matrix = numbersBehind(text, "intrinsic_matrix", 9);
   if (matrix.size() == 9) {
     layout.intrinsics = Eigen::Vector4d(matrix[0], matrix[4], matrix[6], matrix[7]);
-    layout.intended_size = Eigen::Array2i(static_cast<int>(one("width")), static_cast<int>(one("height")));
+    layout.intended_size = checkedSize(path, one("width"), one("height"));
   } else if (one("fx") != 0.0 && one("fy") != 0.0) {
     layout.intrinsics = Eigen::Vector4d(one("fx"), one("fy"), one("cx"), one("cy"));
-    layout.intended_size = Eigen::Array2i(static_cast<int>(one("w")), static_cast<int>(one("h")));
+    layout.intended_size = checkedSize(path, one("w"), one("h"));
     if (one("scale") > 0.0) layout.units_per_metre = one("scale");
   } else {
     return false;
@@ -126,9 +140,7 @@ void readBundleFusionInfo(const fs::path& path, FrameLayout& layout) {
   const auto shift = numbersBehind(text, "m_depthShift", 1), width = numbersBehind(text, "m_depthWidth", 1),
              height = numbersBehind(text, "m_depthHeight", 1);
   if (!shift.empty() && shift[0] > 0.0) layout.units_per_metre = shift[0];
-  if (!width.empty() && !height.empty()) {
-    layout.intended_size = Eigen::Array2i(static_cast<int>(width[0]), static_cast<int>(height[0]));
-  }
+  if (!width.empty() && !height.empty()) layout.intended_size = checkedSize(path, width[0], height[0]);
 }
 
 Eigen::Vector4d tumIntrinsics(const std::string& name, std::string* camera) {

@@ -144,6 +144,18 @@ TEST_F(Layouts, IntrinsicsOfAnotherSizeAreScaledWhereTheirSizeIsKnown) {
   expectFrames("7-Scenes / 3DMatch", 1000.0);
 }
 
+TEST_F(Layouts, IntrinsicsOfAnImpossibleSizeAreRefused) {
+  writeScenes([](const Eigen::Isometry3d& T) { return T; });
+  std::filesystem::remove(folder_.file("camera-intrinsics.txt"));
+  for (const char* size : {"1e32", "-1", "70000"}) {
+    write("intrinsic.json", std::string("{\"width\": 64, \"height\": ") + size +
+                                ", \"intrinsic_matrix\": [60, 0, 0, 0, 60, 0, 32, 24, 1]}");
+    const std::string text =
+        thrownMessage<std::runtime_error>([this] { FrameFolder(folder_.path(), FrameFolderOptions()); });
+    EXPECT_NE(text.find("image size of 64 x " + std::string(size).substr(0, 2)), std::string::npos) << text;
+  }
+}
+
 TEST_F(Layouts, OddImagesDoNotDecideTheSize) {
   writeScenes([](const Eigen::Isometry3d& T) { return T; });
   DepthImage small;
