@@ -14,7 +14,8 @@ namespace ttsdf {
 
 namespace {
 using Clock = std::chrono::steady_clock;
-constexpr std::chrono::milliseconds kLook{50};  // between two looks at the queue without news
+constexpr std::chrono::milliseconds kLook{50};       // between two looks at scans that wait, without news
+constexpr std::chrono::milliseconds kIdleLook{100};  // when none waits: for odometry that falls silent
 constexpr std::chrono::microseconds kTurn{200};
 constexpr double kLeftOutPeriod = 1.0;                  // [s] between two statuses of transforms left out
 constexpr double kFastestClock = 20.0;                  // times real time
@@ -135,7 +136,8 @@ void LocalizationPipeline::run() {
   while (!stopping_) {
     {
       std::unique_lock<std::mutex> lock(work_mutex_);
-      work_.wait_for(lock, kLook, [this] { return work_waits_ || stopping_; });
+      work_.wait_for(lock, localizer_.queue().empty() ? kIdleLook : kLook,
+                     [this] { return work_waits_ || stopping_; });
       work_waits_ = false;
     }
     // A lock is not fair: events get their turn between two scans.

@@ -50,12 +50,10 @@ LocalizationRos::LocalizationRos(const ros::NodeHandle& node, const ros::NodeHan
   startTimers();
   live_parameters_ = std::make_unique<LiveParameters>(
       service_node_, options_, [this](const LocalizationRosOptions& options) { applyLive(options); });
-  const std::pair<ros::CallbackQueue*, std::uint32_t> threads[] = {
+  const std::pair<ros::CallbackQueue*, int> threads[] = {
       {&scan_queue_, 1}, {&transform_queue_, 1}, {&watch_queue_, 1}, {&service_queue_, 4}};
-  for (const auto& [queue, count] : threads) {
-    spinners_.push_back(std::make_unique<ros::AsyncSpinner>(count, queue));
-    spinners_.back()->start();
-  }
+  for (const auto& [queue, count] : threads)
+    threads_.push_back(std::make_unique<QueueThreads>(*queue, count));
 }
 
 LocalizationRos::~LocalizationRos() {
@@ -68,7 +66,7 @@ LocalizationRos::~LocalizationRos() {
   transforms_->shutdown();
   tf_timer_.stop();
   watch_timer_.stop();
-  for (const auto& spinner : spinners_) spinner->stop();
+  threads_.clear();
   scans_.reset();
   map_source_.reset();
   if (atlas_source_) atlas_source_->stop();

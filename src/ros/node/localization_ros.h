@@ -25,6 +25,7 @@
 #include "ros/node/live_parameters.h"
 #include "ros/node/localization_diagnostics.h"
 #include "ros/node/localization_pipeline.h"
+#include "ros/node/queue_threads.h"
 #include "ros/node/scan_input.h"
 #include "ros/poses/pose_saver.h"
 #include "ros/scans/clock_watch.h"
@@ -102,7 +103,7 @@ class LocalizationRos {
   std::vector<ros::ServiceServer> services_;
   std::unique_ptr<LiveParameters> live_parameters_;
   ros::WallTimer tf_timer_, watch_timer_;
-  std::vector<std::unique_ptr<ros::AsyncSpinner>> spinners_;
+  std::vector<std::unique_ptr<QueueThreads>> threads_;
 };
 
 /// For a node that refuses to start: a latched status that says why, so that the reason is not only in the
