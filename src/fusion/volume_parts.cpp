@@ -14,13 +14,13 @@ namespace {
 /// Not by a copy of the whole that is clipped: a hundred parts would copy it a hundred times.
 template <class Grid>
 typename Grid::Ptr clippedCopy(const Grid& grid, const openvdb::CoordBBox& box) {
-  using Tree = typename Grid::TreeType;
+  using GridTree = typename Grid::TreeType;
   auto part = Grid::create(grid.background());
   part->setTransform(grid.transform().copy());
   part->setGridClass(grid.getGridClass());
   part->setName(grid.getName());
   auto tile = grid.tree().cbeginValueAll();
-  tile.setMaxDepth(Tree::ValueAllCIter::LEAF_DEPTH - 1);
+  tile.setMaxDepth(GridTree::ValueAllCIter::LEAF_DEPTH - 1);
   for (; tile; ++tile) {
     openvdb::CoordBBox bounds;
     tile.getBoundingBox(bounds);
@@ -30,7 +30,7 @@ typename Grid::Ptr clippedCopy(const Grid& grid, const openvdb::CoordBBox& box) 
   }
   for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
     if (leaf->getNodeBoundingBox().hasOverlap(box)) {
-      part->tree().addLeaf(new typename Tree::LeafNodeType(*leaf));
+      part->tree().addLeaf(new typename GridTree::LeafNodeType(*leaf));
     }
   }
   part->clip(box);

@@ -249,6 +249,7 @@ RegistrationResult Registration::alignFrom(const ScanPoints& points,
 }
 const RegistrationOptions& Registration::options() const { return impl_->options(); }
 const DistanceField& Registration::field() const { return impl_->field(); }
+const DistanceField& Registration::nearFarField() const { return impl_->nearFarField(); }
 const std::shared_ptr<const DistanceField>& Registration::longRangeField() const {
   return impl_->longRangeField();
 }

@@ -27,6 +27,7 @@ class Registration::Impl {
                                const PosePrior& prior);
   const RegistrationOptions& options() const { return options_; }
   const DistanceField& field() const { return *map_; }
+  const DistanceField& nearFarField() const { return *field_; }
   const std::shared_ptr<const DistanceField>& longRangeField() const { return long_range_; }
 
  private:

@@ -48,7 +48,8 @@ const OptionTable<RegistrationOptions>& registrationOptionTable() {
           .add("long_range", &O::long_range,
                "Pull scans in by a coarse distance field made when the map is loaded")
           .add("restarts", &O::restarts, 0, 1000, "",
-               "Further starts around the prior when the first ones explain the scan badly")
+               "Further starts around the prior when the first ones explain the scan badly, and before it is "
+               "refused")
           .add("restart_score", &O::restart_score, 0.0, 1.0, "", "A score above this explains the scan badly")
           .add("sensor", &O::sensor, sensorNames(),
                "How points are weighed over range (method robust; the paper's weighs all alike)")

@@ -125,6 +125,8 @@ class Registration {
 
   const RegistrationOptions& options() const;
   const DistanceField& field() const;
+  /// The field as scans ask it: away from its surfaces the far field answers, where there is one.
+  const DistanceField& nearFarField() const;
   /// The coarse far field (null if the map shows no surface, or `long_range` is off and none was given).
   const std::shared_ptr<const DistanceField>& longRangeField() const;
 

@@ -45,16 +45,17 @@ Candidate descend(const DistanceField& field, const ScanBuffer& scan, const Eige
   Candidate candidate{T_start, 1.0};
   ResidualModel model;
   model.score_scale = options.score_scale;
+  const int points = scan.prefix(options.points);
   for (const double scale : options.scales) {
     model.scale = scale;
-    const NormalEquations e = linearize(field, scan, scan.size(), candidate.T_map_sensor, model);
+    const NormalEquations e = linearize(field, scan, points, candidate.T_map_sensor, model);
     if (e.valid < 6) return candidate;
     const Vector6d xi = tiedStep(e, scan, T_start, candidate.T_map_sensor,
                                  scale > options.rotation_tied_above ? kRotationTie : kTie);
     if (!xi.allFinite()) return candidate;
     candidate.T_map_sensor = retract(candidate.T_map_sensor, scan.centroid(), xi);
   }
-  candidate.score = score(linearize(field, scan, scan.size(), candidate.T_map_sensor, model));
+  candidate.score = score(linearize(field, scan, points, candidate.T_map_sensor, model));
   return candidate;
 }
 
@@ -101,8 +102,10 @@ std::vector<Candidate> bestDistinct(std::vector<Candidate> candidates, std::size
   for (const Candidate& candidate : candidates) {
     if (kept.size() >= count || candidate.score >= 1.0) break;  // 1: never reached, or explains nothing
     const bool seen = std::any_of(kept.begin(), kept.end(), [&](const Candidate& k) {
-      const PoseError e = poseError(k.T_map_sensor, candidate.T_map_sensor);
-      return e.translation < distance && e.rotation < angle;
+      // Thousands are compared: angles only of those that are near.
+      const Eigen::Isometry3d &T = k.T_map_sensor, &T_other = candidate.T_map_sensor;
+      if ((T.translation() - T_other.translation()).squaredNorm() >= distance * distance) return false;
+      return poseError(T, T_other).rotation < angle;
     });
     if (!seen) kept.push_back(candidate);
   }

@@ -22,6 +22,7 @@ struct DescentOptions {
   /// before they say how to turn: a free rotation takes up the translation's error and ends in a local
   /// minimum.
   double rotation_tied_above = std::numeric_limits<double>::infinity();
+  int points = std::numeric_limits<int>::max();  ///< of the scan at the most
   int threads = 1;
 };
 

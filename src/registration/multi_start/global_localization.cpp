@@ -41,6 +41,7 @@ double secondsSince(Clock::time_point begin) {
 
 constexpr double kFirst = 0.5;      // widest kernel, in radii of the scan
 constexpr double kKeptPart = 0.35;  // of the starts, after a few steps
+constexpr int kRetries = 16;        // in the map, from around a place that explains the scan
 constexpr double kCells = 20.0;  // of a scan's radius cubed, in free space that `starts` are enough for ...
 constexpr double kMostTimes = 32.0;   // ... more of it takes more of them, at most so many times
 constexpr int kMostStarts = 1000000;  // 128 MB of them; more where the options ask for more
@@ -96,6 +97,7 @@ RegistrationResult localizeGlobally(Registration& registration, const ScanPoints
   wide.first = kFirst;
   wide.kept_part = kKeptPart;
   wide.refined = static_cast<std::size_t>(options.refined);
+  wide.retries = kRetries;
   wide.threads = options.threads;
   std::vector<Eigen::Isometry3d> found;
   const auto descendFrom = [&](const std::vector<Eigen::Isometry3d>& starts) {

@@ -9,6 +9,7 @@
 
 #include "../scales.h"
 #include "../scan_buffer.h"
+#include "descent.h"
 #include "ttsdf_localization/registration/registration.h"
 
 namespace ttsdf {
@@ -19,6 +20,7 @@ class MultiStart {
     double first = 1.0;       ///< widest kernel, in radii of the scan: starts so far off are pulled in
     double kept_part = 1.0;   ///< of the starts after a few steps; the others are given up
     std::size_t refined = 8;  ///< places to return at the most
+    int retries = 0;          ///< further descents in the map from around each of the better places
     int threads = 1;
   };
   using KeepGoing = std::function<bool(double share)>;
@@ -38,7 +40,10 @@ class MultiStart {
                                         const KeepGoing& keep_going = {}) const;
 
  private:
-  const DistanceField& field_;
+  /// `count` poses about each place, so far from it that a local minimum nearby is left.
+  std::vector<Eigen::Isometry3d> around(const std::vector<Candidate>& places, int count) const;
+
+  const DistanceField& near_;  ///< the map, its far field away from the surfaces
   const DistanceField& coarse_;
   ScanBuffer scan_;
   Scales scales_;

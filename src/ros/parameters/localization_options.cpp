@@ -196,7 +196,7 @@ std::string localizationYaml() {
       "edit.",
       {{"cloud", "Which points of a cloud are used. Distances are from the sensor."},
        {"gates",
-        "When a registered scan is believed. A refused scan gives a status with the reason and no pose; "
+        "When a registered scan gives a pose. A refused scan gives a status with the reason and no pose; "
         "after some of "
         "them the state is degraded, then lost."},
        {"motion",

@@ -16,7 +16,6 @@ struct MagnitudeTables {
   std::array<std::vector<std::uint8_t>, 3> axis;
 };
 
-constexpr int kUnitLevel = 64;
 constexpr int kLargestLevel = 127;
 
 /// One byte per entry, as differences along each axis: neighbours are alike. Throws MapFormatError, naming
