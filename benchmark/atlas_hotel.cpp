@@ -2,7 +2,7 @@
 // a scan without a prior was taken in. scripts/atlas_scale runs all of it.
 //
 // usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL
-//        atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS]
+//        atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS MAP_MEGABYTES]
 //        atlas_hotel room ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND ROOMS]
 //        atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]
 //        atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES MEGABYTES]
@@ -82,12 +82,13 @@ Eigen::Isometry3d hotelStart(const Hotel& hotel) {
 
 /// Storey by storey through all rooms. Between two storeys the robot takes a lift: it is told where it gets
 /// out, to 5 cm.
-void drive(const std::string& folder, const Hotel& hotel, double rate, double megabytes, int most_rooms) {
+void drive(const std::string& folder, const Hotel& hotel, double rate, double megabytes, int most_rooms,
+           double map_megabytes) {
   const DepthCamera camera = cameraOf(60.0);
   const Eigen::Isometry3d mount = opticalMount({});
   AtlasLoaderOptions options;
   options.memory_megabytes = megabytes;
-  options.map_megabytes = 4.0;
+  options.map_megabytes = map_megabytes;
   LocalizerOptions localizer_options;
   localizer_options.recovery.allow_global = false;
   // What the simulation takes, and no robot: the scene and what rendering a scan needs.
@@ -120,16 +121,16 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
       auto begin = Clock::now();
       double busy = threadSeconds();
       loader.want(truth.translation(), velocity);
-      if (n == 0) {
-        loader.waitUntilSettled(60.0);
-        begin = Clock::now(), busy = threadSeconds();
-      }
+      const double delay = threadSeconds() - busy, clock_delay = since(begin);
+      // The loader has the time that a robot takes from one scan to the next, at the most.
+      loader.waitUntilSettled(n == 0 ? 60.0 : 1.0 / rate);
+      begin = Clock::now(), busy = threadSeconds();
       if (auto map = newest.take()) {
         localizer.exchangeMap(std::move(*map));
         ++exchanges;
       }
-      delays.push_back(1e3 * (threadSeconds() - busy));
-      clock_delays.push_back(1e3 * since(begin));
+      delays.push_back(1e3 * (delay + threadSeconds() - busy));
+      clock_delays.push_back(1e3 * (clock_delay + since(begin)));
       if (n == 0) {
         PoseGuess guess;
         guess.T_map_base = truth;
@@ -153,6 +154,20 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
       most_bytes = std::max(most_bytes, status.bytes);
       residents.push_back(resident());
       lost += localizer.state() == LocalizerState::kLost ? 1 : 0;
+      if (std::getenv("ATLAS_DRIVE_SCANS") &&
+          (!update.pose_valid || poseError(update.T_map_sensor, truth * mount).translation > 0.05)) {
+        std::printf(
+            "%.0f s, %.1f %.1f %.1f, turned %.2f: %s, %s, %zu points, score %.3f, outside %.2f, unknown "
+            "%.2f, %.0f mm off, %zu maps: %s\n",
+            stamp, truth.translation().x(), truth.translation().y(), truth.translation().z(),
+            n == 0 ? 0.0 : poseError(poses[n - 1].T_map_base, truth).rotation, name(localizer.state()),
+            name(update.registration.reason), static_cast<std::size_t>(scan.points.cols()),
+            update.registration.score + update.registration.blocked_ratio, update.registration.outside_ratio,
+            update.registration.unknown_ratio,
+            1e3 * poseError(update.T_map_sensor, truth * mount).translation, status.in_use.size(),
+            update.message.c_str());
+        std::fflush(stdout);
+      }
       if (update.pose_valid) {
         errors.push_back(1e3 * poseError(update.T_map_sensor, truth * mount).translation);
         wrong += errors.back() > 100.0 ? 1 : 0;
@@ -256,7 +271,8 @@ int main(int argc, char** argv) {
     std::fprintf(
         stderr,
         "usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL\n"
-        "       atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS]\n"
+        "       atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS "
+        "MAP_MEGABYTES]\n"
         "       atlas_hotel room ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND ROOMS]\n"
         "       atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]\n"
         "       atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES MEGABYTES]\n");
@@ -266,7 +282,7 @@ int main(int argc, char** argv) {
   if (what == "volume") {
     writeVolume(hotel, number(5, 0.05), argv[2]);
   } else if (what == "drive") {
-    drive(argv[2], hotel, number(5, 5.0), number(6, 40.0), static_cast<int>(number(7, 0)));
+    drive(argv[2], hotel, number(5, 5.0), number(6, 40.0), static_cast<int>(number(7, 0)), number(8, 3.0));
   } else if (what == "room") {
     compareWithRoom(argv[2], hotel, number(5, 4.0), static_cast<int>(number(6, 6)));
   } else if (what == "moving") {
