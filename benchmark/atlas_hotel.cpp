@@ -100,7 +100,7 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
   });
   Localizer localizer(localizer_options);
   DriftingOdometry odometry;
-  std::vector<double> errors, milliseconds, work, delays, clock_delays, residents;
+  std::vector<double> errors, milliseconds, work, delays, clock_delays, waited_delays, residents;
   int scans = 0, lost = 0, unposed = 0, exchanges = 0, behind = 0, over_budget = 0, wrong = 0;
   std::size_t most_bytes = 0, storey = 0;
   double stamp = 100.0, length = 0.0;
@@ -120,17 +120,20 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
                  : Eigen::Vector3d(rate * (truth.translation() - poses[n - 1].T_map_base.translation()));
       auto begin = Clock::now();
       double busy = threadSeconds();
+      long waits = threadWaits();
       loader.want(truth.translation(), velocity);
       const double delay = threadSeconds() - busy, clock_delay = since(begin);
+      const bool waited = threadWaits() > waits;
       // The loader has the time that a robot takes from one scan to the next, at the most.
       loader.waitUntilSettled(n == 0 ? 60.0 : 1.0 / rate);
-      begin = Clock::now(), busy = threadSeconds();
+      begin = Clock::now(), busy = threadSeconds(), waits = threadWaits();
       if (auto map = newest.take()) {
         localizer.exchangeMap(std::move(*map));
         ++exchanges;
       }
       delays.push_back(1e3 * (delay + threadSeconds() - busy));
       clock_delays.push_back(1e3 * (clock_delay + since(begin)));
+      if (waited || threadWaits() > waits) waited_delays.push_back(clock_delays.back());
       if (n == 0) {
         PoseGuess guess;
         guess.T_map_base = truth;
@@ -188,12 +191,16 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
       std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, errors.size()))),
       quantile(errors, 0.5), quantile(errors, 0.99), quantile(errors, 1.0), wrong);
   std::printf(
-      "scan: %.2f ms of work (median), %.2f ms (99 %%), %.2f ms by the clock (median); delayed by loading by "
-      "%.3f ms of work at the most, by the clock %.3f ms (99 %%), %.3f ms at the most, more than 5 ms in "
-      "%d\n",
+      "scan: %.2f ms of work (median), %.2f ms (99 %%), %.2f ms by the clock (median)\n"
+      "delay of a scan by loading: %.3f ms of work at the most; by the clock %.3f ms (99 %%), %.1f ms at the "
+      "most, more than 5 ms in %d; where it waited for the loader, and not for a processor: %zu scans, %.3f "
+      "ms "
+      "at the most\n",
       quantile(work, 0.5), quantile(work, 0.99), quantile(milliseconds, 0.5), quantile(delays, 1.0),
       quantile(clock_delays, 0.99), quantile(clock_delays, 1.0),
-      static_cast<int>(std::count_if(delays.begin(), delays.end(), [](double ms) { return ms > 5.0; })));
+      static_cast<int>(
+          std::count_if(clock_delays.begin(), clock_delays.end(), [](double ms) { return ms > 5.0; })),
+      waited_delays.size(), waited_delays.empty() ? 0.0 : quantile(waited_delays, 1.0));
   std::printf(
       "%d exchanges, behind in %d scans, over the budget in %d; maps %.1f MB at most; process %.1f MB before "
       "the robot, %.1f MB after a tenth, %.1f MB at the end, %.1f MB at most: the robot's part is %.1f MB\n",

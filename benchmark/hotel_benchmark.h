@@ -15,6 +15,7 @@ namespace ttsdf {
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point begin);  ///< [s]
 double threadSeconds();                 ///< processor time of this thread [s]
+long threadWaits();                     ///< how often this thread waited for something
 double resident();                      ///< memory of this process [MB]
 double quantile(std::vector<double> values, double share);
 
