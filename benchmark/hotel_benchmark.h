@@ -29,6 +29,6 @@ std::vector<Eigen::Isometry3d> wayFrom(const Hotel& hotel, const HotelRoom& room
 void whichMap(const std::string& folder, const Hotel& hotel, int count, double width, int max_maps);
 /// How far the robot has to drive from a room on until the atlas knows where it is, without a prior.
 void locateMoving(const std::string& folder, const Hotel& hotel, int count, double width, double metres,
-                  double megabytes);
+                  double megabytes, double map_megabytes);
 
 }  // namespace ttsdf

@@ -134,13 +134,13 @@ void whichMap(const std::string& folder, const Hotel& hotel, int count, double w
 }
 
 void locateMoving(const std::string& folder, const Hotel& hotel, int count, double width, double metres,
-                  double megabytes) {
+                  double megabytes, double map_megabytes) {
   constexpr double kRate = 4.0, kRight = 50.0, kClose = 100.0;  // [1/s], [mm]
   const DepthCamera camera = cameraOf(width);
   const Eigen::Isometry3d mount = opticalMount({});
   AtlasLocatorOptions options;
   options.memory_megabytes = megabytes;
-  options.map_megabytes = 4.0;
+  options.map_megabytes = map_megabytes;
   AtlasLocator locator(folder, readAtlas(folder), options);
   int right = 0, close = 0, wrong = 0, never = 0;
   std::vector<double> ways, scans, seconds, errors, twin_ways;

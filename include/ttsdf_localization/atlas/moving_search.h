@@ -12,7 +12,8 @@
 namespace ttsdf {
 
 struct MovingSearchOptions {
-  int starts = 120;         ///< poses of the index that are tried with every scan
+  int starts = 120;         ///< poses of the index that are tried with each of the first min_scans scans ...
+  int later_starts = 30;    ///< ... and with every scan after them
   int followed = 60;        ///< places that are followed at the most
   int scans = 10;           ///< the newest ones; places are compared by what they make of these
   double step = 0.3;        ///< a scan counts once the robot has moved so far since the last one [m] ...
