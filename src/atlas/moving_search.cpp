@@ -250,11 +250,12 @@ AtlasLocation MovingSearch::decide() const {
   }
   if (places_.empty()) return location;
   const Place& best = places_.front();
+  const bool shows = best.result.success && best.scores.back() <= options_.max_score;  // in the newest scan
   if (best.sum() > options_.max_score * static_cast<double>(best.scores.size())) {
     location.reason = TerminationReason::kLowScore;
   } else if (places_.size() > 1 && places_[1].sum() - best.sum() < options_.lead) {
     location.reason = TerminationReason::kAmbiguous;
-  } else if (count_ < options_.min_scans || !best.result.success || !all_read_) {
+  } else if (count_ < options_.min_scans || !shows || !all_read_) {
     location.reason = TerminationReason::kUnsure;
   } else {
     location.reason = TerminationReason::kConverged;
