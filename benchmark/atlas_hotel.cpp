@@ -5,7 +5,7 @@
 //        atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS MAP_MEGABYTES]
 //        atlas_hotel room ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND ROOMS]
 //        atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]
-//        atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES MEGABYTES
+//        atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES DRIFT MEGABYTES
 //        MAP_MEGABYTES]
 
 #include <algorithm>
@@ -285,7 +285,7 @@ int main(int argc, char** argv) {
                  "       atlas_hotel room ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND ROOMS]\n"
                  "       atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]\n"
                  "       atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES "
-                 "MEGABYTES MAP_MEGABYTES]\n");
+                 "DRIFT MEGABYTES MAP_MEGABYTES]\n");
     return 2;
   }
   const Hotel hotel = hotelOf(std::atoi(argv[3]), std::atoi(argv[4]));
@@ -297,7 +297,7 @@ int main(int argc, char** argv) {
     compareWithRoom(argv[2], hotel, number(5, 4.0), static_cast<int>(number(6, 6)));
   } else if (what == "moving") {
     locateMoving(argv[2], hotel, static_cast<int>(number(5, 40)), number(6, 60.0), number(7, 40.0),
-                 number(8, 400.0), number(9, 8.0));
+                 number(8, 0.03), number(9, 400.0), number(10, 8.0));
   } else {
     whichMap(argv[2], hotel, static_cast<int>(number(5, 40)), number(6, 60.0),
              static_cast<int>(number(7, 0)));
