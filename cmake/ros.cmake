@@ -191,8 +191,10 @@ if(TARGET ros_map_server_test)
   target_compile_definitions(ros_map_server_test PRIVATE MAP_SERVER_NODE="$<TARGET_FILE:map_server_node>")
 endif()
 
-ttsdf_rostest(atlas_server.test DEPENDS test_maps ttsdf_localization_nodelet map_server_node
-  ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=true)
+foreach(behaviour atlas_server atlas_server_killed)
+  ttsdf_rostest(${behaviour}.test DEPENDS test_maps ttsdf_localization_nodelet map_server_node
+    ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=true)
+endforeach()
 
 # ---- operator's menu in rviz -------------------------------------------------------------------------------------------
 find_package(interactive_markers REQUIRED)

@@ -64,6 +64,14 @@ class GlobalOverAnAtlas(unittest.TestCase):
         for words in ('room', 'other', 'goes on when the robot drives'):
             self.assertIn(words, answer.message)
         self.assertFalse(self.alike.poses)
+        # Cancelled, it does not go on.
+        call = rospy.ServiceProxy(self.alike.private + '/global_localization', GlobalLocalization)
+        self.assertTrue(call(cancel=True, wait=False).success)
+        self.robot.T_map_base = room.pose(1.6, 1.2, 0.0, 0.0)
+        self.assertTrue(self.alike.wait_for_new(self.alike.statuses, 10))
+        self.assertFalse(call(cancel=True, wait=False).success)
+        self.robot.T_map_base = room.pose(1.6, 1.2, 0.0, 0.5)
+        self.assertIn('goes on', self.locate(self.alike).message)
         # Round on the spot: the cupboard, which stands elsewhere in the other room, comes into view.
         for n in range(1, 120):
             self.robot.T_map_base = room.pose(1.6, 1.2, 0.0, 0.5 + 0.1 * n)
