@@ -46,7 +46,9 @@ void LocalizationPipeline::startGlobal(const SeenScan& seen, bool goes_on) {
 
 bool LocalizationPipeline::hasDrivenOn(const LocalizationUpdate& update, const LocalizerScan& scan) const {
   const MovingSearchOptions moving;
-  if (!T_odom_undecided_ || !scan.T_odom_base || update.pose_valid || global_worker_->running()) return false;
+  // Not while the localizer tries or confirms a place that it found near the last pose.
+  if (update.state != LocalizerState::kLost && update.state != LocalizerState::kWaitingForPose) return false;
+  if (!T_odom_undecided_ || !scan.T_odom_base || global_worker_->running()) return false;
   if (scan.points.cols() < localizer_.localizer().options().registration.min_points) return false;
   const PoseError way = poseError(*T_odom_undecided_, *scan.T_odom_base);
   return way.translation >= moving.step || way.rotation >= moving.turn;
