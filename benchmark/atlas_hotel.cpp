@@ -2,10 +2,11 @@
 // a scan without a prior was taken in. scripts/atlas_scale runs all of it.
 //
 // usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL
-//        atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS]
+//        atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS MAP_MEGABYTES]
 //        atlas_hotel room ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND ROOMS]
 //        atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]
-//        atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES MEGABYTES]
+//        atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES DRIFT MEGABYTES
+//        MAP_MEGABYTES]
 
 #include <algorithm>
 #include <cmath>
@@ -82,12 +83,13 @@ Eigen::Isometry3d hotelStart(const Hotel& hotel) {
 
 /// Storey by storey through all rooms. Between two storeys the robot takes a lift: it is told where it gets
 /// out, to 5 cm.
-void drive(const std::string& folder, const Hotel& hotel, double rate, double megabytes, int most_rooms) {
+void drive(const std::string& folder, const Hotel& hotel, double rate, double megabytes, int most_rooms,
+           double map_megabytes) {
   const DepthCamera camera = cameraOf(60.0);
   const Eigen::Isometry3d mount = opticalMount({});
   AtlasLoaderOptions options;
   options.memory_megabytes = megabytes;
-  options.map_megabytes = 4.0;
+  options.map_megabytes = map_megabytes;
   LocalizerOptions localizer_options;
   localizer_options.recovery.allow_global = false;
   // What the simulation takes, and no robot: the scene and what rendering a scan needs.
@@ -99,7 +101,7 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
   });
   Localizer localizer(localizer_options);
   DriftingOdometry odometry;
-  std::vector<double> errors, milliseconds, work, delays, clock_delays, residents;
+  std::vector<double> errors, milliseconds, work, delays, clock_delays, waited_delays, residents;
   int scans = 0, lost = 0, unposed = 0, exchanges = 0, behind = 0, over_budget = 0, wrong = 0;
   std::size_t most_bytes = 0, storey = 0;
   double stamp = 100.0, length = 0.0;
@@ -119,17 +121,20 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
                  : Eigen::Vector3d(rate * (truth.translation() - poses[n - 1].T_map_base.translation()));
       auto begin = Clock::now();
       double busy = threadSeconds();
+      long waits = threadWaits();
       loader.want(truth.translation(), velocity);
-      if (n == 0) {
-        loader.waitUntilSettled(60.0);
-        begin = Clock::now(), busy = threadSeconds();
-      }
+      const double delay = threadSeconds() - busy, clock_delay = since(begin);
+      const bool waited = threadWaits() > waits;
+      // The loader has the time that a robot takes from one scan to the next, at the most.
+      loader.waitUntilSettled(n == 0 ? 60.0 : 1.0 / rate);
+      begin = Clock::now(), busy = threadSeconds(), waits = threadWaits();
       if (auto map = newest.take()) {
         localizer.exchangeMap(std::move(*map));
         ++exchanges;
       }
-      delays.push_back(1e3 * (threadSeconds() - busy));
-      clock_delays.push_back(1e3 * since(begin));
+      delays.push_back(1e3 * (delay + threadSeconds() - busy));
+      clock_delays.push_back(1e3 * (clock_delay + since(begin)));
+      if (waited || threadWaits() > waits) waited_delays.push_back(clock_delays.back());
       if (n == 0) {
         PoseGuess guess;
         guess.T_map_base = truth;
@@ -153,6 +158,20 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
       most_bytes = std::max(most_bytes, status.bytes);
       residents.push_back(resident());
       lost += localizer.state() == LocalizerState::kLost ? 1 : 0;
+      if (std::getenv("ATLAS_DRIVE_SCANS") &&
+          (!update.pose_valid || poseError(update.T_map_sensor, truth * mount).translation > 0.05)) {
+        std::printf(
+            "%.0f s, %.1f %.1f %.1f, turned %.2f: %s, %s, %zu points, score %.3f, outside %.2f, unknown "
+            "%.2f, %.0f mm off, %zu maps: %s\n",
+            stamp, truth.translation().x(), truth.translation().y(), truth.translation().z(),
+            n == 0 ? 0.0 : poseError(poses[n - 1].T_map_base, truth).rotation, name(localizer.state()),
+            name(update.registration.reason), static_cast<std::size_t>(scan.points.cols()),
+            update.registration.score + update.registration.blocked_ratio, update.registration.outside_ratio,
+            update.registration.unknown_ratio,
+            1e3 * poseError(update.T_map_sensor, truth * mount).translation, status.in_use.size(),
+            update.message.c_str());
+        std::fflush(stdout);
+      }
       if (update.pose_valid) {
         errors.push_back(1e3 * poseError(update.T_map_sensor, truth * mount).translation);
         wrong += errors.back() > 100.0 ? 1 : 0;
@@ -173,12 +192,16 @@ void drive(const std::string& folder, const Hotel& hotel, double rate, double me
       std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, errors.size()))),
       quantile(errors, 0.5), quantile(errors, 0.99), quantile(errors, 1.0), wrong);
   std::printf(
-      "scan: %.2f ms of work (median), %.2f ms (99 %%), %.2f ms by the clock (median); delayed by loading by "
-      "%.3f ms of work at the most, by the clock %.3f ms (99 %%), %.3f ms at the most, more than 5 ms in "
-      "%d\n",
+      "scan: %.2f ms of work (median), %.2f ms (99 %%), %.2f ms by the clock (median)\n"
+      "delay of a scan by loading: %.3f ms of work at the most; by the clock %.3f ms (99 %%), %.1f ms at the "
+      "most, more than 5 ms in %d; where it waited for the loader, and not for a processor: %zu scans, %.3f "
+      "ms "
+      "at the most\n",
       quantile(work, 0.5), quantile(work, 0.99), quantile(milliseconds, 0.5), quantile(delays, 1.0),
       quantile(clock_delays, 0.99), quantile(clock_delays, 1.0),
-      static_cast<int>(std::count_if(delays.begin(), delays.end(), [](double ms) { return ms > 5.0; })));
+      static_cast<int>(
+          std::count_if(clock_delays.begin(), clock_delays.end(), [](double ms) { return ms > 5.0; })),
+      waited_delays.size(), waited_delays.empty() ? 0.0 : quantile(waited_delays, 1.0));
   std::printf(
       "%d exchanges, behind in %d scans, over the budget in %d; maps %.1f MB at most; process %.1f MB before "
       "the robot, %.1f MB after a tenth, %.1f MB at the end, %.1f MB at most: the robot's part is %.1f MB\n",
@@ -193,23 +216,25 @@ void compareWithRoom(const std::string& folder, const Hotel& hotel, double rate,
   const Eigen::Isometry3d mount = opticalMount({});
   LocalizerOptions options;
   options.recovery.allow_global = false;
+  const Atlas atlas = readAtlas(folder);
   std::vector<double> work[2], ratios;
+  int compared = 0;
   for (int r = 0; r < rooms; ++r) {
     const HotelRoom& room =
         hotel.rooms[static_cast<std::size_t>(r) * hotel.rooms.size() / static_cast<std::size_t>(rooms)];
     AtlasLoaderOptions loading;
-    AtlasLoader loader(folder, readAtlas(folder), loading);
+    AtlasLoader loader(folder, atlas, loading);
     loader.want(room.inside.center());
     loader.waitUntilSettled(120.0);
     const auto all = loader.field();
-    const auto deepest = std::max_element(
-        all->maps().begin(), all->maps().end(), [&](const PlacedField& a, const PlacedField& b) {
-          const auto depth = [&](const PlacedField& map) {
-            return readAtlas(folder).find(map.name)->box().depth(room.inside.center());
-          };
-          return depth(a) < depth(b);
-        });
-    const auto one = std::make_shared<const AtlasField>(std::vector<PlacedField>{*deepest});
+    // Rooms that lie over the border of two maps cannot be compared.
+    const auto holder = std::find_if(all->maps().begin(), all->maps().end(), [&](const PlacedField& map) {
+      const OrientedBox box = atlas.find(map.name)->box();
+      return box.depth(room.inside.min()) >= 0.0 && box.depth(room.inside.max()) >= 0.0;
+    });
+    if (holder == all->maps().end()) continue;
+    ++compared;
+    const auto one = std::make_shared<const AtlasField>(std::vector<PlacedField>{*holder});
     Localizer localizers[2] = {Localizer(options), Localizer(options)};
     localizers[0].setMap(Localizer::prepareWith(all, all->farField(), options.registration));
     localizers[1].setMap(Localizer::prepareWith(one, one->farField(), options.registration));
@@ -243,7 +268,7 @@ void compareWithRoom(const std::string& folder, const Hotel& hotel, double rate,
   std::printf(
       "%zu scans in %d rooms: %.2f ms of work a scan in the atlas, %.2f ms in the one map that holds the "
       "room (medians); ratio of the two %.2f (median)\n",
-      ratios.size(), rooms, quantile(work[0], 0.5), quantile(work[1], 0.5), quantile(ratios, 0.5));
+      ratios.size(), compared, quantile(work[0], 0.5), quantile(work[1], 0.5), quantile(ratios, 0.5));
 }
 
 }  // namespace
@@ -253,25 +278,26 @@ int main(int argc, char** argv) {
   const auto number = [&](int n, double otherwise) { return argc > n ? std::atof(argv[n]) : otherwise; };
   if ((what != "volume" && what != "drive" && what != "which" && what != "moving" && what != "room") ||
       argc < 5) {
-    std::fprintf(
-        stderr,
-        "usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL\n"
-        "       atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS]\n"
-        "       atlas_hotel room ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND ROOMS]\n"
-        "       atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]\n"
-        "       atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES MEGABYTES]\n");
+    std::fprintf(stderr,
+                 "usage: atlas_hotel volume FILE.vdb STOREYS ROOMS_PER_SIDE VOXEL\n"
+                 "       atlas_hotel drive ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND MEGABYTES ROOMS "
+                 "MAP_MEGABYTES]\n"
+                 "       atlas_hotel room ATLAS STOREYS ROOMS_PER_SIDE [SCANS_PER_SECOND ROOMS]\n"
+                 "       atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]\n"
+                 "       atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES "
+                 "DRIFT MEGABYTES MAP_MEGABYTES]\n");
     return 2;
   }
   const Hotel hotel = hotelOf(std::atoi(argv[3]), std::atoi(argv[4]));
   if (what == "volume") {
     writeVolume(hotel, number(5, 0.05), argv[2]);
   } else if (what == "drive") {
-    drive(argv[2], hotel, number(5, 5.0), number(6, 40.0), static_cast<int>(number(7, 0)));
+    drive(argv[2], hotel, number(5, 5.0), number(6, 40.0), static_cast<int>(number(7, 0)), number(8, 3.0));
   } else if (what == "room") {
     compareWithRoom(argv[2], hotel, number(5, 4.0), static_cast<int>(number(6, 6)));
   } else if (what == "moving") {
     locateMoving(argv[2], hotel, static_cast<int>(number(5, 40)), number(6, 60.0), number(7, 40.0),
-                 number(8, 400.0));
+                 number(8, 0.03), number(9, 400.0), number(10, 8.0));
   } else {
     whichMap(argv[2], hotel, static_cast<int>(number(5, 40)), number(6, 60.0),
              static_cast<int>(number(7, 0)));

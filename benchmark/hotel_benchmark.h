@@ -15,6 +15,7 @@ namespace ttsdf {
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point begin);  ///< [s]
 double threadSeconds();                 ///< processor time of this thread [s]
+long threadWaits();                     ///< how often this thread waited for something
 double resident();                      ///< memory of this process [MB]
 double quantile(std::vector<double> values, double share);
 
@@ -26,8 +27,9 @@ std::vector<Eigen::Isometry3d> wayFrom(const Hotel& hotel, const HotelRoom& room
 
 /// Scans in the rooms, without a prior, gravity known.
 void whichMap(const std::string& folder, const Hotel& hotel, int count, double width, int max_maps);
-/// How far the robot has to drive from a room on until the atlas knows where it is, without a prior.
+/// How far the robot has to drive from a room on until the atlas knows where it is, without a prior. `drift`:
+/// of the odometry [m/m], [rad/m].
 void locateMoving(const std::string& folder, const Hotel& hotel, int count, double width, double metres,
-                  double megabytes);
+                  double drift, double megabytes, double map_megabytes);
 
 }  // namespace ttsdf

@@ -134,26 +134,28 @@ void whichMap(const std::string& folder, const Hotel& hotel, int count, double w
 }
 
 void locateMoving(const std::string& folder, const Hotel& hotel, int count, double width, double metres,
-                  double megabytes) {
+                  double drift, double megabytes, double map_megabytes) {
   constexpr double kRate = 4.0, kRight = 50.0, kClose = 100.0;  // [1/s], [mm]
   const DepthCamera camera = cameraOf(width);
   const Eigen::Isometry3d mount = opticalMount({});
   AtlasLocatorOptions options;
   options.memory_megabytes = megabytes;
-  options.map_megabytes = 4.0;
+  options.map_megabytes = map_megabytes;
   AtlasLocator locator(folder, readAtlas(folder), options);
-  int right = 0, close = 0, wrong = 0, never = 0;
+  int right = 0, close = 0, wrong = 0, never = 0, in_twins = 0, accepted_in_twins = 0;
   std::vector<double> ways, scans, seconds, errors, twin_ways;
   for (int n = 0; n < count; ++n) {
     const HotelRoom& room =
         hotel.rooms[static_cast<std::size_t>(n) * hotel.rooms.size() / static_cast<std::size_t>(count)];
-    OdometryOptions drift;
-    drift.odometry_seed = n + 1;
-    DriftingOdometry odometry(drift);
+    OdometryOptions drifting;
+    drifting.translation_drift = drifting.rotation_drift = drift;
+    drifting.odometry_seed = n + 1;
+    DriftingOdometry odometry(drifting);
     locator.forgetScans();
     double way = 0.0;
     int used = 0;
     bool located = false;
+    in_twins += isTwin(hotel, room) ? 1 : 0;
     const auto poses = wayFrom(hotel, room, kRate);
     for (std::size_t k = 0; k < poses.size() && way <= metres && !located; ++k) {
       if (k > 0) way += (poses[k].translation() - poses[k - 1].translation()).norm();
@@ -187,15 +189,16 @@ void locateMoving(const std::string& folder, const Hotel& hotel, int count, doub
       errors.push_back(error);
       ++(error < kRight ? right : error < kClose ? close : wrong);
       (isTwin(hotel, room) ? twin_ways : ways).push_back(way);
+      accepted_in_twins += isTwin(hotel, room) && room.inside.contains(poses[k].translation()) ? 1 : 0;
       scans.push_back(used);
     }
     never += located ? 0 : 1;
   }
   std::printf(
-      "located by moving, camera of %.0f degrees, %d starts, at most %.0f m: within 5 cm %d, within 10 cm "
-      "%d, "
-      "wrong %d, not at all %d\n",
-      width, count, metres, right, close, wrong, never);
+      "located by moving, camera of %.0f degrees, odometry with %.0f %% drift, %d starts, at most %.0f m: "
+      "within 5 cm %d, 5 to 10 cm off %d, wrong %d, not at all %d; %d starts in twins, %d located before the "
+      "robot was out of the room\n",
+      width, 100.0 * drift, count, metres, right, close, wrong, never, in_twins, accepted_in_twins);
   std::printf(
       "  way: %.1f m (median), %.1f m (90 %%), %.1f m (most); from twins %.1f m (median), %.1f m (most)\n",
       quantile(ways, 0.5), quantile(ways, 0.9), quantile(ways, 1.0), quantile(twin_ways, 0.5),

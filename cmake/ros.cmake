@@ -116,22 +116,27 @@ if(TARGET make_room_map)
   set(TTSDF_TEST_MAPS "${CMAKE_CURRENT_BINARY_DIR}/test_maps")
   add_custom_command(OUTPUT "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf"
     COMMAND ${CMAKE_COMMAND} -E make_directory "${TTSDF_TEST_MAPS}/hall" "${TTSDF_TEST_MAPS}/twins"
+      "${TTSDF_TEST_MAPS}/alike"
     COMMAND make_room_map "${TTSDF_TEST_MAPS}/room.ttsdf" 40
     COMMAND make_room_map "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf" 25
     COMMAND make_room_map "${TTSDF_TEST_MAPS}/hall/hall.ttsdf" 40 0.05 hall
     COMMAND make_room_map "${TTSDF_TEST_MAPS}/hall/room.ttsdf" 40 0.05 room 30
     COMMAND ${CMAKE_COMMAND} -E copy "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/twins/room.ttsdf"
     COMMAND make_room_map "${TTSDF_TEST_MAPS}/twins/twin.ttsdf" 40 0.05 room 30
+    COMMAND ${CMAKE_COMMAND} -E copy "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/alike/room.ttsdf"
+    COMMAND make_room_map "${TTSDF_TEST_MAPS}/alike/other.ttsdf" 40 0.05 other 30
     DEPENDS make_room_map VERBATIM)
   add_custom_target(test_maps DEPENDS "${TTSDF_TEST_MAPS}/room.ttsdf" "${TTSDF_TEST_MAPS}/room_rank_25.ttsdf")
   # Both maps as an atlas, in Autoware's form.
   file(WRITE "${TTSDF_TEST_MAPS}/atlas.yaml"
     "x_resolution: 10\ny_resolution: 10\nroom.ttsdf: [0, 0]\nroom_rank_25.ttsdf: [0, 0]\n")
-  # The room behind a hall, and the room with a twin.
+  # The room behind a hall, the room with a twin, and with one that differs in one piece of furniture.
   file(WRITE "${TTSDF_TEST_MAPS}/hall/atlas.yaml"
     "x_resolution: 10\ny_resolution: 10\nhall.ttsdf: [0, 0]\nroom.ttsdf: [30, 0]\n")
   file(WRITE "${TTSDF_TEST_MAPS}/twins/atlas.yaml"
     "x_resolution: 10\ny_resolution: 10\nroom.ttsdf: [0, 0]\ntwin.ttsdf: [30, 0]\n")
+  file(WRITE "${TTSDF_TEST_MAPS}/alike/atlas.yaml"
+    "x_resolution: 10\ny_resolution: 10\nroom.ttsdf: [0, 0]\nother.ttsdf: [30, 0]\n")
   add_dependencies(tests test_maps)
 endif()
 # Every behaviour is asked of the nodelet; the node is a twin of few lines, and is asked one.
@@ -186,8 +191,10 @@ if(TARGET ros_map_server_test)
   target_compile_definitions(ros_map_server_test PRIVATE MAP_SERVER_NODE="$<TARGET_FILE:map_server_node>")
 endif()
 
-ttsdf_rostest(atlas_server.test DEPENDS test_maps ttsdf_localization_nodelet map_server_node
-  ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=true)
+foreach(behaviour atlas_server atlas_server_killed)
+  ttsdf_rostest(${behaviour}.test DEPENDS test_maps ttsdf_localization_nodelet map_server_node
+    ARGS map_dir:=${TTSDF_TEST_MAPS} nodelet:=true)
+endforeach()
 
 # ---- operator's menu in rviz -------------------------------------------------------------------------------------------
 find_package(interactive_markers REQUIRED)

@@ -26,17 +26,13 @@ void AtlasField::Far::evaluate(const PointSpan& points, const SampleSpan& sample
 void AtlasField::Far::evaluatePiece(const PointSpan& points, const SampleSpan& samples, int begin,
                                     int size) const {
   Eigen::Vector3f p[kAtlasPiece];
-  float deepest[kAtlasPiece];
-  const AtlasMember* nearest[kAtlasPiece];
-  for (int n = 0; n < size; ++n) {
-    p[n] = {points.x[begin + n], points.y[begin + n], points.z[begin + n]};
-    deepest[n] = -std::numeric_limits<float>::infinity();
-    nearest[n] = nullptr;
-    setOutside(samples, begin + n);
-  }
+  bool held[kAtlasPiece];
   Eigen::AlignedBox3f bounds;
   for (int n = 0; n < size; ++n) {
+    p[n] = {points.x[begin + n], points.y[begin + n], points.z[begin + n]};
+    held[n] = false;
     if (p[n].allFinite()) bounds.extend(p[n]);
+    setOutside(samples, begin + n);
   }
   AtlasBatch batch;
   const auto answer = [&](const AtlasMember& member) {
@@ -50,28 +46,38 @@ void AtlasField::Far::evaluatePiece(const PointSpan& points, const SampleSpan& s
       batch.writeSample(member, k, samples, n);
     }
   };
+  float depths[kAtlasPiece];
   for (const AtlasMember& member : members_->members) {
     if (!member.far || !member.bounds.intersects(bounds)) continue;  // most of many maps are elsewhere
+    member.depthsInside(points, begin, size, depths);
     batch.size = 0;
     for (int n = 0; n < size; ++n) {
-      const float depth = member.depth(p[n]);
-      if (depth > deepest[n]) deepest[n] = depth, nearest[n] = &member;
-      if (depth >= 0.0F) batch.add(member, n, p[n]);
+      if (!(depths[n] >= 0.0F)) continue;
+      held[n] = true;
+      batch.add(member, n, p[n]);
     }
     answer(member);
   }
-  if (std::none_of(deepest, deepest + size, [](float depth) { return depth < 0.0F; })) return;
-  for (const AtlasMember& member : members_->members) {
-    if (!member.far || member.bounds.intersects(bounds)) continue;
-    for (int n = 0; n < size; ++n) {
-      const float depth = deepest[n] < 0.0F ? member.depth(p[n]) : deepest[n];
-      if (depth > deepest[n]) deepest[n] = depth, nearest[n] = &member;
+  if (std::all_of(held, held + size, [](bool one) { return one; })) return;
+  // The nearest map answers for a point that none holds.
+  float deepest[kAtlasPiece];
+  const AtlasMember* nearest[kAtlasPiece];
+  std::fill(deepest, deepest + size, -std::numeric_limits<float>::infinity());
+  std::fill(nearest, nearest + size, nullptr);
+  for (const bool near : {true, false}) {
+    for (const AtlasMember& member : members_->members) {
+      if (!member.far || member.bounds.intersects(bounds) != near) continue;
+      for (int n = 0; n < size; ++n) {
+        if (held[n]) continue;
+        const float depth = member.depth(p[n]);
+        if (depth > deepest[n]) deepest[n] = depth, nearest[n] = &member;
+      }
     }
   }
   for (const AtlasMember& member : members_->members) {
     batch.size = 0;
     for (int n = 0; n < size; ++n) {
-      if (nearest[n] == &member && deepest[n] < 0.0F) batch.add(member, n, p[n]);
+      if (!held[n] && nearest[n] == &member) batch.add(member, n, p[n]);
     }
     answer(member);
   }

@@ -49,23 +49,36 @@ class SupportingMaps {
       if (member.bounds.intersects(bounds)) members_.push_back(&member);
     }
     depths_.resize(members_.size() * static_cast<std::size_t>(size));
-    for (std::size_t m = 0; m < members_.size(); ++m) {
-      for (int n = 0; n < size; ++n) {
-        // Written so that NaN is no support.
-        const float depth = members_[m]->depth(points_[n]);
-        depths_[at(m, n)] = depth >= 0.0F ? depth : kNone;
-      }
-    }
+    for (std::size_t m = 0; m < members_.size(); ++m)
+      members_[m]->depthsInside(points, begin, size, depths_.data() + at(m, 0));
   }
 
   const std::vector<const AtlasMember*>& members() const { return members_; }
   const Eigen::Vector3f& point(int n) const { return points_[n]; }
-  /// The map that holds the point deepest of those not taken before; -1: none is left.
+  /// The map that holds each point deepest; -1: none does.
+  void takeDeepest(int* chosen) {
+    float deepest[kAtlasPiece];
+    for (int n = 0; n < size_; ++n) chosen[n] = -1, deepest[n] = kNone;
+    for (std::size_t m = 0; m < members_.size(); ++m) {
+      const float* const depths = depths_.data() + at(m, 0);
+      const int number = static_cast<int>(m);
+      for (int n = 0; n < size_; ++n) {  // written so that NaN is no support
+        const bool deeper = depths[n] >= 0.0F && depths[n] > deepest[n];
+        deepest[n] = deeper ? depths[n] : deepest[n];
+        chosen[n] = deeper ? number : chosen[n];
+      }
+    }
+    for (int n = 0; n < size_; ++n) {
+      if (chosen[n] >= 0) depths_[at(static_cast<std::size_t>(chosen[n]), n)] = kNone;
+    }
+  }
+  /// The next one for a point.
   int take(int n) {
     int best = -1;
     float deepest = kNone;
     for (std::size_t m = 0; m < members_.size(); ++m) {
-      if (depths_[at(m, n)] > deepest) deepest = depths_[at(m, n)], best = static_cast<int>(m);
+      const float depth = depths_[at(m, n)];
+      if (depth >= 0.0F && depth > deepest) deepest = depth, best = static_cast<int>(m);
     }
     if (best >= 0) depths_[at(static_cast<std::size_t>(best), n)] = kNone;
     return best;
@@ -87,20 +100,21 @@ void evaluatePiece(const std::vector<AtlasMember>& all, const PointSpan& points,
                    int begin, int size) {
   SupportingMaps supporting(all, points, begin, size);
   for (int n = 0; n < size; ++n) setOutside(samples, begin + n);
-  std::vector<int> chosen(static_cast<std::size_t>(size));
+  int chosen[kAtlasPiece];
   AtlasBatch batch;
   for (std::size_t round = 0; round < supporting.members().size(); ++round) {
     bool asked = false;
-    for (int n = 0; n < size; ++n) {
-      const bool done = samples.state[begin + n] == PointState::kValid;
-      chosen[static_cast<std::size_t>(n)] = done ? -1 : supporting.take(n);
+    if (round == 0) {
+      supporting.takeDeepest(chosen);
+    } else {
+      for (int n = 0; n < size; ++n)
+        chosen[n] = samples.state[begin + n] == PointState::kValid ? -1 : supporting.take(n);
     }
     for (std::size_t m = 0; m < supporting.members().size(); ++m) {
       const AtlasMember& member = *supporting.members()[m];
       batch.size = 0;
       for (int n = 0; n < size; ++n) {
-        if (chosen[static_cast<std::size_t>(n)] == static_cast<int>(m))
-          batch.add(member, n, supporting.point(n));
+        if (chosen[n] == static_cast<int>(m)) batch.add(member, n, supporting.point(n));
       }
       if (batch.size == 0) continue;
       asked = true;

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "freed_memory.h"
 #include "map_ranking.h"
 #include "map_shelf.h"
 
@@ -226,6 +227,7 @@ class AtlasLoader::Impl {
                       std::to_string(budget_) + " (memory_megabytes)");
       }
       shelf_.makeRoom(0, budget_, {map.name});  // it may be larger than was expected
+      releaseFreedMemory();                     // what loading took, and what was dropped for it
     } catch (const Cancelled&) {
     } catch (const MapFormatError& error) {
       useless_[map.name] = map.map_id;

@@ -26,6 +26,27 @@ struct AtlasMember {
     const float least = inside.minCoeff();
     return least >= 0.0F ? least : -inside.cwiseMin(0.0F).norm();
   }
+  /// The same of up to kAtlasPiece points, several at a time; outside: any number below 0 (NaN: NaN).
+  void depthsInside(const PointSpan& points, int begin, int count, float* depths) const {
+    const Eigen::Matrix3f R = T_box_atlas.linear();
+    const Eigen::Vector3f t = T_box_atlas.translation();
+    const float *const x = points.x + begin, *const y = points.y + begin, *const z = points.z + begin;
+    const auto least = [](float a, float b) { return a < b ? a : b; };
+    for (int axis = 0; axis < 3; ++axis) {
+      const float rx = R(axis, 0), ry = R(axis, 1), rz = R(axis, 2), from = t[axis], side = size[axis];
+      if (axis == 0) {
+        for (int n = 0; n < count; ++n) {
+          const float q = rx * x[n] + ry * y[n] + rz * z[n] + from;
+          depths[n] = least(q, side - q);
+        }
+      } else {
+        for (int n = 0; n < count; ++n) {
+          const float q = rx * x[n] + ry * y[n] + rz * z[n] + from;
+          depths[n] = least(least(q, side - q), depths[n]);
+        }
+      }
+    }
+  }
 };
 
 /// A few points of a piece, put together for one map.

@@ -2,13 +2,11 @@
 
 #include <cmath>
 #include <cstdio>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 #include <filesystem>
 #include <sstream>
 #include <stdexcept>
 
+#include "freed_memory.h"
 #include "ttsdf_localization/atlas/atlas.h"
 #include "ttsdf_localization/options/option_table.h"
 #include "ttsdf_localization/yaml/plain_yaml.h"
@@ -184,14 +182,6 @@ Atlas parseAtlas(const std::string& path, const std::string& home, const AtlasLi
   return root["x_resolution"] ? fromGridForm(root, home, limits, place) : fromOwnForm(root, limits, place);
 }
 
-/// The nodes of a parsed text are many and small, and glibc keeps their memory: 25 kB a map.
-void releaseFreed([[maybe_unused]] std::size_t maps) {
-#ifdef __GLIBC__
-  constexpr std::size_t kMany = 200;
-  if (maps >= kMany) malloc_trim(0);
-#endif
-}
-
 }  // namespace
 
 Atlas readAtlas(const std::string& folder, const AtlasLimits& limits) {
@@ -201,7 +191,8 @@ Atlas readAtlas(const std::string& folder, const AtlasLimits& limits) {
   const std::string home = is_file ? fs::absolute(folder).parent_path().string() : folder;
   const Place place{"atlas '" + path + "'"};
   const Atlas atlas = parseAtlas(path, home, limits, place);
-  releaseFreed(atlas.maps.size());
+  constexpr std::size_t kMany = 200;  // maps; the parsed text of one takes 25 kB
+  if (atlas.maps.size() >= kMany) releaseFreedMemory();
   try {
     check(atlas);
   } catch (const std::invalid_argument& error) {

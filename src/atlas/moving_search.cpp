@@ -37,7 +37,7 @@ bool samePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 
 RegistrationOptions MovingSearchOptions::quickRegistration() {
   RegistrationOptions quick;
-  quick.max_points = 500;
+  quick.max_points = 300;
   quick.max_iterations = 10;
   quick.restarts = 0;
   return quick;
@@ -50,8 +50,9 @@ void check(const MovingSearchOptions& options) {
                                 ", wanted " + range);
   };
   for (const auto& [name, value] :
-       {std::pair("starts", options.starts), std::pair("followed", options.followed),
-        std::pair("scans", options.scans), std::pair("min_scans", options.min_scans)}) {
+       {std::pair("starts", options.starts), std::pair("later_starts", options.later_starts),
+        std::pair("followed", options.followed), std::pair("scans", options.scans),
+        std::pair("min_scans", options.min_scans)}) {
     wanted(name, value >= 1, value, "1 or more");
   }
   for (const auto& [name, value] : {std::pair("step", options.step), std::pair("turn", options.turn),
@@ -112,9 +113,10 @@ std::vector<MovingSearch::Place> MovingSearch::predicted(const Eigen::Isometry3d
 std::vector<MovingSearch::Place> MovingSearch::startsOf(const SearchedAtlas& where, const Scan& scan,
                                                         const Eigen::Vector3d& down_sensor,
                                                         const std::vector<Place>& known) const {
+  const int most = count_ < options_.min_scans ? options_.starts : options_.later_starts;
   std::vector<Place> starts;
   for (const PlaceIndex::Hypothesis& one : where.index.hypotheses(scan.points, down_sensor)) {
-    if (starts.size() == static_cast<std::size_t>(options_.starts)) break;
+    if (starts.size() == static_cast<std::size_t>(most)) break;
     const AtlasMap* const map = where.atlas.find(one.map);
     if (!map) continue;
     Place start;
@@ -248,11 +250,12 @@ AtlasLocation MovingSearch::decide() const {
   }
   if (places_.empty()) return location;
   const Place& best = places_.front();
+  const bool shows = best.result.success && best.scores.back() <= options_.max_score;  // in the newest scan
   if (best.sum() > options_.max_score * static_cast<double>(best.scores.size())) {
     location.reason = TerminationReason::kLowScore;
   } else if (places_.size() > 1 && places_[1].sum() - best.sum() < options_.lead) {
     location.reason = TerminationReason::kAmbiguous;
-  } else if (count_ < options_.min_scans || !best.result.success || !all_read_) {
+  } else if (count_ < options_.min_scans || !shows || !all_read_) {
     location.reason = TerminationReason::kUnsure;
   } else {
     location.reason = TerminationReason::kConverged;

@@ -129,7 +129,7 @@ TEST_F(Twins, AreNotDecidedByARobotThatStands) {
 // What the first scan did not show is compared with it afterwards.
 TEST_F(Twins, APlaceThatIsTriedLaterIsComparedWithTheScansBefore) {
   AtlasLocatorOptions options;
-  options.moving.starts = 1;
+  options.moving.starts = options.moving.later_starts = 1;
   for (const bool other : {false, true}) {
     AtlasLocator locator(folder->path(), atlas_, options);
     before_.reset();

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Nobody says where the robot is: it is found in the map of the atlas that it is in, and a twin is not guessed."""
+"""Nobody says where the robot is: it is found in the map of the atlas that it is in, and a twin is not guessed but decided by
+motion, where that tells them apart."""
 
 import unittest
 
 import rospy
 import rostest
 
+import room
 from fake_robot import FakeRobot, Recorder, Status, errors, matrix
 from ttsdf_localization.srv import GlobalLocalization
 
@@ -16,7 +18,7 @@ class GlobalOverAnAtlas(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.robot = FakeRobot().start()
-        cls.hall, cls.twins = Recorder('hall'), Recorder('twins')
+        cls.hall, cls.twins, cls.alike = Recorder('hall'), Recorder('twins'), Recorder('alike')
 
     @classmethod
     def tearDownClass(cls):
@@ -55,6 +57,35 @@ class GlobalOverAnAtlas(unittest.TestCase):
         self.assertIn('room', answer.message)
         self.assertIn('twin', answer.message)
         self.assertFalse(self.twins.poses)
+
+    def test_z_looking_round_decides_between_rooms_that_differ(self):
+        answer = self.locate(self.alike)
+        self.assertFalse(answer.success)
+        for words in ('room', 'other', 'goes on when the robot drives'):
+            self.assertIn(words, answer.message)
+        self.assertFalse(self.alike.poses)
+        # Cancelled, it does not go on.
+        call = rospy.ServiceProxy(self.alike.private + '/global_localization', GlobalLocalization)
+        self.assertTrue(call(cancel=True, wait=False).success)
+        self.robot.T_map_base = room.pose(1.6, 1.2, 0.0, 0.0)
+        self.assertTrue(self.alike.wait_for_new(self.alike.statuses, 10))
+        self.assertFalse(call(cancel=True, wait=False).success)
+        self.robot.T_map_base = room.pose(1.6, 1.2, 0.0, 0.5)
+        self.assertIn('goes on', self.locate(self.alike).message)
+        # Round on the spot: the cupboard, which stands elsewhere in the other room, comes into view.
+        for n in range(1, 120):
+            self.robot.T_map_base = room.pose(1.6, 1.2, 0.0, 0.5 + 0.1 * n)
+            if self.alike.wait_for_state(Status.TRACKING, timeout=0.4):
+                break
+        self.assertEqual(self.alike.state(), Status.TRACKING, self.alike.history())
+        self.assertTrue(self.alike.wait_for_new(self.alike.poses, 3), self.alike.history())
+        message = self.alike.poses[-1]
+        pose = message.pose.pose
+        distance, angle = errors(matrix(pose.position, pose.orientation), self.robot.truth[message.header.stamp.to_nsec()])
+        self.assertLess(distance, 0.05)
+        self.assertLess(angle, 0.05)
+        # Where nothing differs, no motion tells.
+        self.assertFalse(self.twins.poses, self.twins.history())
 
 
 if __name__ == '__main__':

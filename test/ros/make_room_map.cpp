@@ -1,5 +1,6 @@
 // Writes a compressed map of the analytic room of the tests, or of another one that looks nothing like it:
-// make_room_map FILE [max_rank] [voxel_size] [room|hall] [x], x metres along x.
+// make_room_map FILE [max_rank] [voxel_size] [room|hall|other] [x], x metres along x. The other room is the
+// room with its cupboard elsewhere.
 
 #include <cstdlib>
 #include <exception>
@@ -25,20 +26,31 @@ struct Hall {
   }
 };
 
+/// The room but for the cupboard, which stands at another wall.
+struct OtherRoom : ttsdf::test::Room {
+  double distance(const Eigen::Vector3d& p) const {
+    const double walls = std::min(p.minCoeff(), (size - p).minCoeff());
+    return std::min({walls, ttsdf::test::boxDistance(p, {0.4, 0.9, 1.0}, {0.4, 0.9, 1.0}),
+                     ttsdf::test::boxDistance(p, {4.2, 1.2, 0.4}, {0.8, 0.5, 0.4}),
+                     (p - Eigen::Vector3d(4.6, 4.2, 1.4)).norm() - 0.45});
+  }
+};
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::cerr << "usage: make_room_map FILE [max_rank] [voxel_size] [room|hall] [x]\n";
+    std::cerr << "usage: make_room_map FILE [max_rank] [voxel_size] [room|hall|other] [x]\n";
     return 2;
   }
   try {
     ttsdf::TtSdfMap map;
     const double voxel_size = argc > 3 ? std::atof(argv[3]) : 0.05;
-    const bool hall = argc > 4 && argv[4] == std::string("hall");
+    const std::string scene = argc > 4 ? argv[4] : "room";
     const ttsdf::DenseTensor tensor =
-        hall ? ttsdf::test::sampleScene(Hall(), voxel_size, map.geometry)
-             : ttsdf::test::sampleScene(ttsdf::test::Room(), voxel_size, map.geometry);
+        scene == "hall"    ? ttsdf::test::sampleScene(Hall(), voxel_size, map.geometry)
+        : scene == "other" ? ttsdf::test::sampleScene(OtherRoom(), voxel_size, map.geometry)
+                           : ttsdf::test::sampleScene(ttsdf::test::Room(), voxel_size, map.geometry);
     if (argc > 5) map.geometry.T_map_grid.translation().x() += std::atof(argv[5]);
     ttsdf::TtSvdOptions options;
     options.max_rank1 = options.max_rank2 = argc > 2 ? std::atoi(argv[2]) : 40;

@@ -12,13 +12,14 @@
 namespace ttsdf {
 
 struct MovingSearchOptions {
-  int starts = 120;         ///< poses of the index that are tried with every scan
+  int starts = 120;         ///< poses of the index that are tried with each of the first min_scans scans ...
+  int later_starts = 30;    ///< ... and with every scan after them
   int followed = 60;        ///< places that are followed at the most
   int scans = 10;           ///< the newest ones; places are compared by what they make of these
   double step = 0.3;        ///< a scan counts once the robot has moved so far since the last one [m] ...
   double turn = 0.35;       ///< ... or turned [rad]
   int min_scans = 3;        ///< before a place is accepted
-  double max_score = 0.25;  ///< a worse score + blocked_ratio, mean of the scans, is refused (kLowScore)
+  double max_score = 0.25;  ///< a worse score + blocked_ratio, mean of the scans or newest, is not accepted
   double lead = 0.15;    ///< the scores of all other places are worse than an accepted one's by this, in sum
   double refuted = 0.5;  ///< a place that is worse than the best by this is dropped
   double drift = 0.03;   ///< odometry is off by this share of the way [m/m], [rad/m]

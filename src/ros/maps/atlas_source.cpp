@@ -118,20 +118,36 @@ void AtlasSource::wantAny() {
   if (place) loader()->want(*place);
 }
 
-RegistrationResult AtlasSource::find(const ScanPoints& points, const std::optional<Eigen::Vector3d>& gravity,
-                                     const ProgressCallback& progress) {
-  std::shared_ptr<AtlasLocator> locator;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    locator = locator_;
-  }
+std::shared_ptr<AtlasLocator> AtlasSource::locator() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return locator_;
+}
+
+RegistrationResult AtlasSource::find(const LocalizerScan& scan, const std::optional<Eigen::Vector3d>& gravity,
+                                     bool goes_on, const ProgressCallback& progress) {
+  const auto locator = this->locator();
   RegistrationResult result;
+  may_go_on_ = false;
   if (!locator) return result;
   // The search takes down as -z of the atlas.
   const bool level = localizer_.mapDown().normalized().z() < -0.999;
-  const AtlasLocation location = locator->locate(points, level ? gravity : std::nullopt, progress);
+  const std::optional<Eigen::Vector3d> down = level ? gravity : std::nullopt;
+  const bool moving = down && scan.T_odom_base;
+  const auto add = [&] {
+    return locator->locateMoving(scan.points, *down, *scan.T_odom_base * scan.T_base_sensor, progress);
+  };
+  AtlasLocation location;
+  if (goes_on && moving) {
+    location = add();
+  } else {
+    locator->forgetScans();
+    location = locator->locate(scan.points, down, progress);
+    // The first of a drive, if one comes; what it says by itself is said already.
+    if (moving && !location.success && location.reason != TerminationReason::kCancelled) add();
+  }
+  may_go_on_ = moving && !location.success && location.reason != TerminationReason::kCancelled;
   setRemark(location, *locator);
-  locator->releaseMaps();
+  if (!may_go_on_) locator->releaseMaps();
   if (!location.candidates.empty()) result = location.candidates.front().result;
   if (location.candidates.size() > 1) {
     result.runner_up_score = location.candidates[1].score();
@@ -140,6 +156,13 @@ RegistrationResult AtlasSource::find(const ScanPoints& points, const std::option
   result.reason = location.reason;
   result.success = location.success;
   return result;
+}
+
+void AtlasSource::forgetScans() {
+  const auto locator = this->locator();
+  if (!locator) return;
+  locator->forgetScans();
+  locator->releaseMaps();
 }
 
 bool AtlasSource::loadAround(const Eigen::Vector3d& place, const ProgressCallback& progress) {

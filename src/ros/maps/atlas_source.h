@@ -4,6 +4,7 @@
 
 #include <ros/time.h>
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -34,9 +35,14 @@ class AtlasSource {
   void wantAny();
 
   // Global localization over the whole atlas; one search at a time, in a thread that may take long.
-  /// The place of a scan, in the atlas' frame.
-  RegistrationResult find(const ScanPoints& points, const std::optional<Eigen::Vector3d>& gravity,
-                          const ProgressCallback& progress);
+  /// The place of a scan, in the atlas' frame. `goes_on`: with the scans that did not decide it before, since
+  /// forgetScans(); needs odometry and gravity, and keeps the maps that it needs.
+  RegistrationResult find(const LocalizerScan& scan, const std::optional<Eigen::Vector3d>& gravity,
+                          bool goes_on, const ProgressCallback& progress);
+  /// The last find() has not decided, and scans that follow it may.
+  bool mayGoOn() const { return may_go_on_; }
+  /// Never while find() runs.
+  void forgetScans();
   /// Waits until the maps around a place are in use.
   bool loadAround(const Eigen::Vector3d& place, const ProgressCallback& progress);
   /// What the last find() has to say beside its result: twins, maps that cannot be read.
@@ -52,6 +58,7 @@ class AtlasSource {
   void useAtlas(Atlas atlas, const MapBytes& files, const std::vector<std::uint8_t>& places);
   void onField(const std::string& frame_id, const std::shared_ptr<const AtlasField>& field);
   std::shared_ptr<AtlasLoader> loader() const;
+  std::shared_ptr<AtlasLocator> locator() const;
   void setRemark(const AtlasLocation& location, const AtlasLocator& locator);
 
   const MapSourceOptions options_;
@@ -64,6 +71,7 @@ class AtlasSource {
   std::optional<Eigen::Vector3d> last_place_;
   ros::WallTime last_time_;
   std::string remark_;
+  std::atomic<bool> may_go_on_{false};
   std::shared_ptr<AtlasLocator> locator_;
   std::shared_ptr<AtlasLoader> loader_;
 

@@ -185,7 +185,8 @@ void LocalizationPipeline::handle(ScanOutcome outcome) {
   if (outcome.kind != Kind::kLocalized) return;
   newest_scan_ = SeenScan{outcome.header, std::move(outcome.scan), ros::WallTime::now()};
   publishUpdate(outcome.update, *newest_scan_);
-  if (outcome.update.wants_global) startGlobal(*newest_scan_);
+  if (outcome.update.wants_global || hasDrivenOn(outcome.update, newest_scan_->scan))
+    startGlobal(*newest_scan_, true);
 }
 
 void LocalizationPipeline::publishUpdate(const LocalizationUpdate& update, const SeenScan& seen) {
@@ -201,6 +202,7 @@ void LocalizationPipeline::publishUpdate(const LocalizationUpdate& update, const
     }
   }
   if (update.pose_valid) {
+    forgetUndecided();
     output_.publish(update, seen.scan, stamp);
     pose_since_global_ = output_.poseMessage(update, stamp);
   }

@@ -45,11 +45,18 @@ struct ScanCounts {
 
 /// Global localization in more maps than the one in use.
 struct WiderSearch {
-  GlobalSearch find;
+  /// `goes_on`: a scan of the same drive as the ones before, which were not decided by themselves.
+  std::function<RegistrationResult(const LocalizerScan& scan, const std::optional<Eigen::Vector3d>& gravity,
+                                   bool goes_on, const ProgressCallback& progress)>
+      find;
   /// Puts the maps around the place found into use; false: cancelled, or they cannot be had.
   std::function<bool(const Eigen::Vector3d& p_map, const ProgressCallback& progress)> loadAround;
   /// What the last search has to say beside its result; may be empty.
   std::function<std::string()> remark;
+  /// The last find() has not decided, but scans of a drive from there on may.
+  std::function<bool()> may_go_on;
+  /// No scan of this drive comes any more; never while find() runs.
+  std::function<void()> forget;
 };
 
 /// Thread-safe.
@@ -134,7 +141,10 @@ class LocalizationPipeline {
   std::string awaitedInputs() const;
 
   // localization_pipeline_global.cpp
-  void startGlobal(const SeenScan& seen);
+  void startGlobal(const SeenScan& seen, bool goes_on);
+  bool hasDrivenOn(const LocalizationUpdate& update, const LocalizerScan& scan) const;
+  void noteUndecided(const GlobalJob& job);
+  void forgetUndecided();
   void runGlobal(GlobalJob& job, const ProgressCallback& progress);
   void onGlobalProgress(double share);
   void onGlobalDone(const GlobalJob& job);
@@ -155,6 +165,9 @@ class LocalizationPipeline {
   std::string map_id_, map_summary_;
   std::optional<Eigen::Vector3d> place_;  ///< where the robot was last, or was said or found to be [m]
   WiderSearch wider_search_;
+  /// Where the odometry was at the last scan, while a search in many maps is not decided.
+  std::optional<Eigen::Isometry3d> T_odom_undecided_;
+  bool search_goes_on_ = false;  ///< the search that runs is part of the one before
   std::optional<ttsdf_localization::TtSdfMap> map_message_;
   std::optional<LocalizationUpdate> global_outcome_;  ///< of the last global localization
   std::optional<geometry_msgs::PoseWithCovarianceStamped>

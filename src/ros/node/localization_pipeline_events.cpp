@@ -57,6 +57,7 @@ std::string LocalizationPipeline::awaitedInputs() const {
 void LocalizationPipeline::usePose(PoseRequest request) {
   const std::lock_guard<std::mutex> lock(mutex_);
   global_worker_->cancel();
+  forgetUndecided();
   ++orders_;
   tf_output_.stop();
   const std::string message =
@@ -81,6 +82,7 @@ void LocalizationPipeline::reset(std::optional<PoseRequest> start) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     global_worker_->cancel();
+    forgetUndecided();
     ++orders_;
     tf_output_.stop();
     newest_scan_.reset();
@@ -97,6 +99,7 @@ void LocalizationPipeline::timeJumpedBack(const std::string& why) {
   ROS_WARN_STREAM_NAMED(name_, name_ << ": " << why << ", starting again with the same map");
   const std::lock_guard<std::mutex> lock(mutex_);
   global_worker_->cancel();
+  forgetUndecided();
   ++orders_;
   tf_output_.timeJumpedBack();
   newest_scan_.reset();
@@ -125,6 +128,7 @@ void LocalizationPipeline::setWiderSearch(WiderSearch search) {
   global_worker_->cancel();
   global_worker_->wait();
   const std::lock_guard<std::mutex> lock(mutex_);
+  forgetUndecided();
   wider_search_ = std::move(search);
 }
 

@@ -1,5 +1,7 @@
 // Global localization: in a thread of its own, on request or when the localizer wants it. Who waits for it
 // gets the first pose published afterwards, not the place found: that has to hold on the next scans first.
+// Where one scan does not decide in which of many maps it was taken, the search goes on with the scans of the
+// drive: each is a job of its own, so that every one ends with an answer.
 
 #include <chrono>
 #include <cstdio>
@@ -9,6 +11,7 @@
 
 #include "ros/messages/stamps.h"
 #include "ros/node/localization_pipeline.h"
+#include "ttsdf_localization/atlas/moving_search.h"
 
 namespace ttsdf {
 
@@ -19,34 +22,70 @@ constexpr double kConfirmationLimit = 20.0;  // [s] for the confirmation of a pl
 constexpr std::chrono::milliseconds kWaitLook{100};  // between two looks at the clock
 }  // namespace
 
-void LocalizationPipeline::startGlobal(const SeenScan& seen) {
+void LocalizationPipeline::startGlobal(const SeenScan& seen, bool goes_on) {
   if (stopping_ || global_worker_->running()) return;
   tf_output_.stop();
   const auto down = gravity().down(seen.header.frame_id, seen.header.stamp);
-  global_outcome_.reset();
+  search_goes_on_ = goes_on && T_odom_undecided_;
   pose_since_global_.reset();
-  ++orders_;
+  if (!search_goes_on_) {  // who waits for the one before waits for this one, too
+    forgetUndecided();
+    global_outcome_.reset();
+    ++orders_;
+  }
   GlobalJob job = localizer_.localizer().beginGlobal(seen.scan, down);
   if (!global_worker_->start(job)) {
     global_outcome_ = localizer_.localizer().applyGlobal(job);
     return;
   }
   Status status = currentStatus();
-  status.message = std::string("global localization ") + (down ? "with" : "without") + " gravity";
+  status.message = std::string("global localization ") + (down ? "with" : "without") + " gravity" +
+                   (search_goes_on_ ? ", with the scans before" : "");
   publishStatus(std::move(status), ros::Time::now(), false);
+}
+
+bool LocalizationPipeline::hasDrivenOn(const LocalizationUpdate& update, const LocalizerScan& scan) const {
+  const MovingSearchOptions moving;
+  // Not while the localizer tries or confirms a place that it found near the last pose.
+  if (update.state != LocalizerState::kLost && update.state != LocalizerState::kWaitingForPose) return false;
+  if (!T_odom_undecided_ || !scan.T_odom_base || global_worker_->running()) return false;
+  if (scan.points.cols() < localizer_.localizer().options().registration.min_points) return false;
+  const PoseError way = poseError(*T_odom_undecided_, *scan.T_odom_base);
+  return way.translation >= moving.step || way.rotation >= moving.turn;
+}
+
+void LocalizationPipeline::noteUndecided(const GlobalJob& job) {
+  if (!wider_search_.find) return;
+  if (global_outcome_->reason == RejectionReason::kCancelled || !wider_search_.may_go_on()) {
+    T_odom_undecided_.reset();
+    wider_search_.forget();
+    return;
+  }
+  T_odom_undecided_ = job.scan().T_odom_base;
+  global_outcome_->message += "; the search goes on when the robot drives";
+}
+
+void LocalizationPipeline::forgetUndecided() {
+  if (!T_odom_undecided_) return;
+  T_odom_undecided_.reset();
+  if (!global_worker_->running()) wider_search_.forget();  // otherwise when that one ends
 }
 
 void LocalizationPipeline::runGlobal(GlobalJob& job, const ProgressCallback& progress) {
   WiderSearch search;
+  bool goes_on = false;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     search = wider_search_;
+    goes_on = search_goes_on_;
   }
   if (!search.find) {
     job.run(progress);
     return;
   }
-  job.runWith(search.find, progress);
+  job.runWith([&](const ScanPoints& /*of the scan*/, const std::optional<Eigen::Vector3d>& gravity,
+                  const ProgressCallback& go_on) { return search.find(job.scan(), gravity, goes_on, go_on); },
+              progress);
   if (!job.result().success) return;
   const Eigen::Vector3d found = job.T_map_base().translation();
   {
@@ -71,13 +110,19 @@ void LocalizationPipeline::onGlobalDone(const GlobalJob& job) {
   global_outcome_ = localizer_.localizer().applyGlobal(job);
   const std::string remark = wider_search_.remark ? wider_search_.remark() : std::string();
   if (!remark.empty()) global_outcome_->message += "; " + remark;
+  noteUndecided(job);
   publishStatus(toStatus(*global_outcome_), toTime(job.scan().stamp), false);
 }
 
 void LocalizationPipeline::globalLocalization(const ttsdf_localization::GlobalLocalization::Request& request,
                                               ttsdf_localization::GlobalLocalization::Response& response) {
   if (request.cancel) {
-    response.success = global_worker_->cancel();
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      response.success = T_odom_undecided_.has_value();
+      if (global_worker_->cancel()) response.success = true;
+      forgetUndecided();
+    }
     global_worker_->wait();  // "cancelled" means that the next one can start
     response.message = response.success ? "cancelled" : "no global localization is running";
     return;
@@ -99,7 +144,7 @@ std::uint64_t LocalizationPipeline::orderGlobal(bool wait) {
     throw std::runtime_error(stuck +
                              ", wanted clouds that confirm the place (wait: false starts with the last one)");
   localizer_.dropPoseRequest();
-  startGlobal(*newest_scan_);
+  startGlobal(*newest_scan_, false);
   return orders_;
 }
 

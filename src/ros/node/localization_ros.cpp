@@ -106,14 +106,15 @@ void LocalizationRos::subscribe() {
       atlas_source_ =
           std::make_unique<AtlasSource>(scan_node_, options_.map, options_.localizer, loaded, failed);
       pipeline_.setWiderSearch(
-          {[this](const ScanPoints& points, const std::optional<Eigen::Vector3d>& gravity,
+          {[this](const LocalizerScan& scan, const std::optional<Eigen::Vector3d>& gravity, bool goes_on,
                   const ProgressCallback& progress) {
-             return atlas_source_->find(points, gravity, progress);
+             return atlas_source_->find(scan, gravity, goes_on, progress);
            },
            [this](const Eigen::Vector3d& place, const ProgressCallback& progress) {
              return atlas_source_->loadAround(place, progress);
            },
-           [this] { return atlas_source_->remark(); }});
+           [this] { return atlas_source_->remark(); }, [this] { return atlas_source_->mayGoOn(); },
+           [this] { atlas_source_->forgetScans(); }});
     } catch (const std::exception& error) {
       failed(error.what());  // as of a map file that cannot be read
     }
