@@ -26,7 +26,7 @@ struct Hall {
   }
 };
 
-/// The room but for the cupboard, which stands at another wall.
+/// The room but for the cupboard, which stands elsewhere along its wall.
 struct OtherRoom : ttsdf::test::Room {
   double distance(const Eigen::Vector3d& p) const {
     const double walls = std::min(p.minCoeff(), (size - p).minCoeff());

@@ -46,8 +46,8 @@ class MovingSearch {
   /// The next scan of a moving robot; gravity must be known. `T_odom_sensor`: the odometry's pose of the
   /// sensor when it was taken. A scan from where the last one was taken says nothing new: the answer stays.
   /// kConverged: the first candidate is the pose. kAmbiguous: motion must go on. kLowScore: no place explains
-  /// the scans. kUnsure: too few scans yet, or a map that may hold them cannot be used. Where `progress`
-  /// cancels, the scan is forgotten. Never throws for bad points.
+  /// the scans. kUnsure: too few scans yet, the newest does not show the place, or a map that may hold it
+  /// cannot be used. Where `progress` cancels, the scan is forgotten. Never throws for bad points.
   AtlasLocation add(const SearchedAtlas& where, const ScanPoints& points, const Eigen::Vector3d& down_sensor,
                     const Eigen::Isometry3d& T_odom_sensor, const ProgressCallback& progress = {});
   /// The robot was carried elsewhere, or its odometry jumped: begins again.

@@ -66,12 +66,12 @@ class AtlasSource {
   const MapSource::LoadedCallback loaded_;
   const MapSource::FailedCallback failed_;
 
+  std::atomic<bool> may_go_on_{false};
   mutable std::mutex mutex_;                  ///< guards everything down to the client
   std::optional<Eigen::Vector3d> any_place_;  ///< in the first map
   std::optional<Eigen::Vector3d> last_place_;
   ros::WallTime last_time_;
   std::string remark_;
-  std::atomic<bool> may_go_on_{false};
   std::shared_ptr<AtlasLocator> locator_;
   std::shared_ptr<AtlasLoader> loader_;
 

@@ -29,6 +29,8 @@ class GlobalWorker {
   /// True if one was running.
   bool cancel();
   bool running() const { return running_; }
+  /// The one that runs, or ran last.
+  bool cancelled() const { return cancelled_; }
   double progress() const { return progress_; }
   /// Waits until nothing runs.
   void wait();

@@ -43,7 +43,8 @@ struct ScanCounts {
   ros::WallTime last_arrival, last_taken;  ///< zero: never
 };
 
-/// Global localization in more maps than the one in use.
+/// Global localization in more maps than the one in use. With `find` all of them are needed, but for
+/// `remark`.
 struct WiderSearch {
   /// `goes_on`: a scan of the same drive as the ones before, which were not decided by themselves.
   std::function<RegistrationResult(const LocalizerScan& scan, const std::optional<Eigen::Vector3d>& gravity,
@@ -168,6 +169,7 @@ class LocalizationPipeline {
   /// Where the odometry was at the last scan, while a search in many maps is not decided.
   std::optional<Eigen::Isometry3d> T_odom_undecided_;
   bool search_goes_on_ = false;  ///< the search that runs is part of the one before
+  bool search_runs_ = false;     ///< its scans are still in use
   std::optional<ttsdf_localization::TtSdfMap> map_message_;
   std::optional<LocalizationUpdate> global_outcome_;  ///< of the last global localization
   std::optional<geometry_msgs::PoseWithCovarianceStamped>

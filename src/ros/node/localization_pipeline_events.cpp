@@ -24,6 +24,8 @@ void LocalizationPipeline::useMap(LoadedMap map, std::optional<PoseRequest> pose
       localizer_.localizer().exchangeMap(std::move(map.map));
     } else {
       localizer_.localizer().setMap(std::move(map.map));
+      global_worker_->cancel();  // one in an atlas would give poses of other maps
+      forgetUndecided();
       ++orders_;
     }
     map_id_ = map.map_id;
@@ -184,6 +186,7 @@ void LocalizationPipeline::relocalize(const std::optional<PoseRequest>& around,
   const std::optional<PoseGuess> last = localizer.lastPose();
   if (!around && !last) throw std::runtime_error("there is no last pose");
   global_worker_->cancel();
+  forgetUndecided();
   ++orders_;
   tf_output_.stop();
   const PoseGuess guess = around ? withOdometry(*around, buffer(), frames_) : *last;

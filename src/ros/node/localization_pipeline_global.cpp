@@ -28,13 +28,14 @@ void LocalizationPipeline::startGlobal(const SeenScan& seen, bool goes_on) {
   const auto down = gravity().down(seen.header.frame_id, seen.header.stamp);
   search_goes_on_ = goes_on && T_odom_undecided_;
   pose_since_global_.reset();
-  if (!search_goes_on_) {  // who waits for the one before waits for this one, too
+  if (!search_goes_on_) {  // otherwise the answer of the one before stays for who still waits for it
     forgetUndecided();
     global_outcome_.reset();
     ++orders_;
   }
   GlobalJob job = localizer_.localizer().beginGlobal(seen.scan, down);
-  if (!global_worker_->start(job)) {
+  search_runs_ = global_worker_->start(job);
+  if (!search_runs_) {
     global_outcome_ = localizer_.localizer().applyGlobal(job);
     return;
   }
@@ -56,7 +57,9 @@ bool LocalizationPipeline::hasDrivenOn(const LocalizationUpdate& update, const L
 
 void LocalizationPipeline::noteUndecided(const GlobalJob& job) {
   if (!wider_search_.find) return;
-  if (global_outcome_->reason == RejectionReason::kCancelled || !wider_search_.may_go_on()) {
+  // One that is cancelled too late to notice does not go on either.
+  if (global_worker_->cancelled() || global_outcome_->reason == RejectionReason::kCancelled ||
+      !wider_search_.may_go_on()) {
     T_odom_undecided_.reset();
     wider_search_.forget();
     return;
@@ -68,7 +71,7 @@ void LocalizationPipeline::noteUndecided(const GlobalJob& job) {
 void LocalizationPipeline::forgetUndecided() {
   if (!T_odom_undecided_) return;
   T_odom_undecided_.reset();
-  if (!global_worker_->running()) wider_search_.forget();  // otherwise when that one ends
+  if (!search_runs_) wider_search_.forget();  // otherwise when that one ends, which is cancelled
 }
 
 void LocalizationPipeline::runGlobal(GlobalJob& job, const ProgressCallback& progress) {
@@ -110,6 +113,7 @@ void LocalizationPipeline::onGlobalDone(const GlobalJob& job) {
   global_outcome_ = localizer_.localizer().applyGlobal(job);
   const std::string remark = wider_search_.remark ? wider_search_.remark() : std::string();
   if (!remark.empty()) global_outcome_->message += "; " + remark;
+  search_runs_ = false;
   noteUndecided(job);
   publishStatus(toStatus(*global_outcome_), toTime(job.scan().stamp), false);
 }
