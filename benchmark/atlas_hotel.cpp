@@ -7,6 +7,8 @@
 //        atlas_hotel which ATLAS STOREYS ROOMS_PER_SIDE [SCANS FIELD_OF_VIEW MAX_MAPS]
 //        atlas_hotel moving ATLAS STOREYS ROOMS_PER_SIDE [STARTS FIELD_OF_VIEW METRES DRIFT MEGABYTES
 //        MAP_MEGABYTES]
+//
+// With ATLAS_DRIVE_SCANS in the environment a drive prints every scan without a pose or further off than 5 cm.
 
 #include <algorithm>
 #include <cmath>
